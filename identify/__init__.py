@@ -1,0 +1,1 @@
+"""THE PARAMETERS: from one recording to an answer with its uncertainty."""

@@ -1,0 +1,1 @@
+"""THE WATCH: many windows over months -> history, drift, alerts."""

@@ -1,0 +1,1 @@
+"""THE MACHINE, or its stand-in: what moves, what resists, what it sends."""
