@@ -1,0 +1,94 @@
+# tribowatch: two commands, `make run` and `make test`. Needs Python 3.11+ with its venv module, make and git.
+# Everything that is downloaded, compiled or cached stays inside this folder: `make clean` leaves a fresh checkout.
+
+ROOT  := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
+CACHE := $(ROOT)/.cache
+VENV  := $(ROOT)/.venv
+BIN   := $(VENV)/bin
+PY    := $(BIN)/python
+
+export PIP_CACHE_DIR := $(CACHE)/pip
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export NUMBA_CACHE_DIR := $(CACHE)/numba
+export XDG_CACHE_HOME := $(CACHE)/xdg/cache
+export XDG_CONFIG_HOME := $(CACHE)/xdg/config
+export XDG_DATA_HOME := $(CACHE)/xdg/data
+export XDG_STATE_HOME := $(CACHE)/xdg/state
+export MYPY_CACHE_DIR := $(CACHE)/mypy
+export RUFF_CACHE_DIR := $(CACHE)/ruff
+export PYTEST_DEBUG_TEMPROOT := $(CACHE)/pytest
+
+# an empty or missing HOME is no obstacle, and nothing is written there
+INSTALL = HOME="$${HOME:-$(CACHE)/home}" $(PY) -m pip install --quiet --constraint constraints.txt
+
+ARGS ?=
+PYTEST_ARGS ?= -q
+
+.DEFAULT_GOAL := help
+.PHONY: help setup run test lint bench paper kill9 clean
+
+help:  ## show this list
+	@grep -hE '^[a-z0-9]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 12
+
+setup: $(VENV)/.ready  ## make the virtual environment, install, compile the kernels; shared first step of run and test
+
+run: $(VENV)/.ready  ## the demo: a simulated axis wears, the daemon notices; ARGS="--until-alert" to stop there
+	@$(BIN)/tribowatch demo $(ARGS)
+
+test: $(VENV)/.ready-dev lint  ## all checks: ruff, mypy, import contracts, pytest
+	@mkdir -p $(PYTEST_DEBUG_TEMPROOT)
+	$(PY) -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.ready-dev  ## ruff, mypy --strict and the import contracts alone
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --cache-dir $(CACHE)/grimp
+
+bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
+	$(PY) -m pytest tests/benchmarks --benchmark-enable --benchmark-only -q
+
+paper: $(VENV)/.ready-dev  ## the paper's claims, long form
+	$(PY) -m pytest tests/paper -m "slow or not slow" -q
+
+kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
+	$(PY) -m pytest tests/scenarios -m slow -k kill -q -s
+
+clean:  ## remove the virtual environment, caches and the demo's state
+	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks build *.egg-info var/demo
+	find plant identify monitor tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# --- stamps: the second `make run` starts at once -------------------------------------------------------------------
+
+# The first python on PATH that is at least 3.11 and can make virtual environments.
+$(VENV)/.made:
+	@mkdir -p $(CACHE); \
+	for p in python3 python3.13 python3.12 python3.11 python3.14; do \
+	  command -v $$p >/dev/null 2>&1 || continue; \
+	  $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 || continue; \
+	  old=$$p; \
+	  $$p -c 'import venv, ensurepip' >/dev/null 2>&1 || continue; \
+	  echo "setup 1/3  virtual environment .venv with $$($$p --version)"; \
+	  $$p -m venv --clear $(VENV) && touch $@ && exit 0; \
+	done; \
+	if [ -n "$$old" ]; then \
+	  echo "make setup: $$old lacks the venv module; install it (Debian, Ubuntu: apt install python3-venv)" >&2; \
+	else \
+	  echo "make setup: needs Python 3.11 or newer as python3 (or python3.11 ... python3.14) on PATH; found $$(python3 --version 2>&1 || echo none)" >&2; \
+	fi; exit 1
+
+$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt
+	@echo "setup 2/3  packages into .venv (a minute or two, once)"
+	@$(INSTALL) --editable .
+	@touch $@
+
+# Compiled code lands in .cache/numba; a second run of the warm-up is a second of checking.
+$(VENV)/.ready: $(VENV)/.installed
+	@echo "setup 3/3  compile the simulation kernels into .cache/numba (once)"
+	@$(PY) -m monitor.warm
+	@touch $@
+
+$(VENV)/.ready-dev: $(VENV)/.ready
+	@echo "setup      tools of the tests into .venv"
+	@$(INSTALL) --editable '.[dev]'
+	@touch $@
