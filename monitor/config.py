@@ -1,0 +1,207 @@
+"""The daemon's configuration: one TOML file, overridable by environment variables, unknown keys are errors.
+
+Relative paths are relative to the configuration file. `TRIBOWATCH_ZENOH__PREFIX=plant` in the environment sets `[zenoh] prefix`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
+
+from monitor.errors import ConfigError
+from plant.axis import AXIS_NAME, Axis
+
+Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ZenohSection(_Section):
+    """Where streams come from and answers go to."""
+
+    prefix: str = Field("tribowatch", description="first part of every key")
+    mode: Literal["peer", "client", "router"] = Field("peer", description="the daemon listens; leaves are clients")
+    listen: tuple[str, ...] = Field(("tcp/127.0.0.1:7447",), description="endpoints opened here")
+    connect: tuple[str, ...] = Field((), description="endpoints of other hubs")
+
+
+class WindowSection(_Section):
+    """How a stream is cut into windows, counted in analysis samples."""
+
+    samples: int = Field(2000, ge=16, description="samples of one window, after averaging to the analysis rate")
+    hop: int = Field(500, ge=1, description="samples from one window's start to the next")
+
+
+class IntakeSection(_Section):
+    """How much the intake holds, and how long it waits."""
+
+    queue_blocks: Count = Field(20000, description="blocks waiting for the core; beyond it they are dropped, counted")
+    reorder_seconds: Seconds = Field(2.0, description="wait for late blocks before a gap is declared [s]")
+    commit_seconds: Seconds = Field(0.2, description="longest time a received block waits for its commit [s]")
+    stale_after: Seconds = Field(7200.0, description="silence on the wall clock that makes an axis stale [s]")
+
+
+class IdentificationSection(_Section):
+    """How windows are identified."""
+
+    workers: int = Field(0, ge=0, description="processes; 0 = one per processor")
+    method: str = Field("ga+polish", description="see tribowatch identify --method")
+    retries: int = Field(2, ge=0, description="new attempts after a worker died, then the window is bad_data")
+    timeout_seconds: Seconds = Field(300.0, description="a worker busy longer is taken as hung and replaced [s]")
+
+
+class DriftSection(_Section):
+    """What counts as a change; see monitor/drift.py."""
+
+    baseline_windows: int = Field(20, ge=5, description="identified, non-overlapping windows that make the baseline")
+    min_change: float = Field(0.05, gt=0, lt=1, description="smallest relative change of friction worth an alert [1]")
+    jam_rise: float = Field(0.5, gt=0, description="sudden relative rise of friction called a jam [1]")
+
+
+class AlarmsSection(_Section):
+    """How often a healthy axis may cry wolf, and how long conditions last before they count."""
+
+    false_alarms_per_axis_year: float = Field(1.0, gt=0, description="all kinds of one axis together [1/a]")
+    on_windows: Count = Field(1, description="windows a condition lasts before its alarm is raised")
+    off_windows: Count = Field(3, description="windows a condition stays away before its alarm returns to normal")
+    bad_windows: Count = Field(3, description="bad_data windows in a row that raise data_quality")
+
+
+class HistorySection(_Section):
+    """Where history is kept."""
+
+    database: str = Field("", description="SQLAlchemy URL; empty = tribowatch.db in state_dir")
+    synchronous: Literal["NORMAL", "FULL"] = Field("NORMAL", description="SQLite: FULL survives power loss, slower")
+    keep_raw_windows: int = Field(4, ge=0, description="newest windows per axis whose raw samples are kept")
+
+
+class LogSection(_Section):
+    """What is logged, on stderr."""
+
+    level: Literal["debug", "info", "warning", "error"] = "info"
+    format: Literal["console", "json"] = "console"
+
+
+class AxisSection(_Section):
+    """One [[axis]]: the file that describes it."""
+
+    file: Path
+
+
+class Config(BaseSettings):
+    """The whole configuration; see `deploy/` for an example with every default."""
+
+    model_config = SettingsConfigDict(
+        extra="forbid", frozen=True, env_prefix="TRIBOWATCH_", env_nested_delimiter="__", validate_default=True
+    )
+
+    site: str = Field(pattern=f"^{AXIS_NAME}$", description="second part of every key")
+    state_dir: Path = Field(Path("var"), description="database and lock file")
+    seed: int = Field(0, ge=0, description="with axis, epoch and sample number it seeds each window's search")
+    zenoh: ZenohSection = ZenohSection()
+    window: WindowSection = WindowSection()
+    intake: IntakeSection = IntakeSection()
+    identification: IdentificationSection = IdentificationSection()
+    drift: DriftSection = DriftSection()
+    alarms: AlarmsSection = AlarmsSection()
+    history: HistorySection = HistorySection()
+    log: LogSection = LogSection()
+    axis: tuple[AxisSection, ...] = ()
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],  # noqa: ARG003
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        **_other: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Let the environment win over what `read_config` read from the file."""
+        return env_settings, init_settings
+
+    @property
+    def database_url(self) -> str:
+        """The URL of the history database."""
+        return self.history.database or f"sqlite:///{self.state_dir / 'tribowatch.db'}"
+
+    @property
+    def workers(self) -> int:
+        """Worker processes, counted out."""
+        return self.identification.workers or os.cpu_count() or 1
+
+
+def read_config(path: Path) -> Config:
+    """Read, merge and check the configuration at `path`; paths come out absolute.
+
+    Raises:
+        ConfigError: no such file, no TOML, unknown key (with the nearest allowed one), value out of range.
+    """
+    path = Path(path)
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot read the configuration: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not a TOML file: {error}") from None
+    try:
+        config = Config(**values)
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {_first_problem(error)}") from None
+    except ValueError as error:  # an environment variable that is not what its key needs
+        raise ConfigError(f"{path} with environment: {error}") from None
+    base = path.resolve().parent
+    axes = tuple(AxisSection(file=base / entry.file) for entry in config.axis)
+    return config.model_copy(update={"state_dir": base / config.state_dir, "axis": axes})
+
+
+def read_axes(config: Config) -> dict[str, Axis]:
+    """Read every listed axis file, by axis name.
+
+    Raises:
+        ConfigError: two files with the same axis name.
+        AxisFileError: a file that cannot be used.
+    """
+    from plant.axis_file import read_axis
+
+    axes: dict[str, Axis] = {}
+    for entry in config.axis:
+        axis = read_axis(entry.file)
+        if axis.name in axes:
+            raise ConfigError(f"{entry.file}: axis {axis.name!r} is listed twice; give every axis its own name")
+        axes[axis.name] = axis
+    return axes
+
+
+def _first_problem(error: ValidationError) -> str:
+    """Say the first problem in one line: the key, what is wrong with it, what is allowed."""
+    problem = error.errors(include_url=False)[0]
+    where = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] == "extra_forbidden":
+        key = str(problem["loc"][-1])
+        allowed = sorted(_allowed_keys(problem["loc"][:-1]))
+        near = difflib.get_close_matches(key, allowed, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"allowed here: {', '.join(allowed)}"
+        return f"unknown key {where!r}; {hint}"
+    if problem["type"] == "missing":
+        return f"key {where!r} is missing"
+    message = re.sub(r"^Input should", "should", problem["msg"])
+    return f"{where} = {problem['input']!r} {message}"
+
+
+def _allowed_keys(where: tuple[int | str, ...]) -> list[str]:
+    """Names allowed in the section at `where`."""
+    model: Any = Config
+    for part in where:
+        if isinstance(part, str):
+            model = AxisSection if part == "axis" else model.model_fields[part].annotation
+    return list(model.model_fields)
