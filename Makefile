@@ -11,15 +11,16 @@ export PIP_CACHE_DIR := $(CACHE)/pip
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export NUMBA_CACHE_DIR := $(CACHE)/numba
 export XDG_CACHE_HOME := $(CACHE)/xdg/cache
-export XDG_CONFIG_HOME := $(CACHE)/xdg/config
 export XDG_DATA_HOME := $(CACHE)/xdg/data
 export XDG_STATE_HOME := $(CACHE)/xdg/state
 export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
 export PYTEST_DEBUG_TEMPROOT := $(CACHE)/pytest
 
-# an empty or missing HOME is no obstacle, and nothing is written there
-INSTALL = HOME="$${HOME:-$(CACHE)/home}" $(PY) -m pip install --quiet --constraint constraints.txt
+# pip asks `rustc` for its version; a rustup without toolchains would leave a folder in HOME
+export RUSTUP_HOME ?= $(if $(wildcard $(HOME)/.rustup),$(HOME)/.rustup,$(CACHE)/rustup)
+
+INSTALL = $(PY) -m pip install --quiet --constraint constraints.txt
 
 ARGS ?=
 PYTEST_ARGS ?= -q

@@ -1,4 +1,4 @@
-"""`python -m monitor.warm`: compile the kernels into the cache and say how long it took, so that nothing waits later."""
+"""`python -m monitor.warm`: compile the kernels into the cache, so that nothing waits later."""
 
 from __future__ import annotations
 
