@@ -8,14 +8,26 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from plant.axis_file import read_axis, write_axis
     from plant.recording_files import read_recording, write_recording
+    from plant.simulation import Trajectory, simulate, simulate_population
 
 _HOME = {
+    "Trajectory": "simulation",
     "read_axis": "axis_file",
     "write_axis": "axis_file",
     "read_recording": "recording_files",
+    "simulate": "simulation",  # not simulate.py: a sub-module of that name would hide the function
+    "simulate_population": "simulation",
     "write_recording": "recording_files",
 }
-__all__ = ["read_axis", "read_recording", "write_axis", "write_recording"]
+__all__ = [
+    "Trajectory",
+    "read_axis",
+    "read_recording",
+    "simulate",
+    "simulate_population",
+    "write_axis",
+    "write_recording",
+]
 
 
 def __getattr__(name: str) -> object:
