@@ -1,0 +1,83 @@
+"""`tribowatch check-config`: read a configuration and its axis files, as the daemon would, and show what they mean."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from monitor.cli.options import AsJson, read_configuration
+
+if TYPE_CHECKING:
+    from monitor.config import Config
+    from plant.axis import Axis
+
+
+def check_config_command(
+    config: Annotated[Path, typer.Argument(help="The daemon's configuration file (TOML).")], as_json: AsJson = False
+) -> None:
+    """Check a configuration and every axis file it lists; unknown keys are errors."""
+    from monitor.config import read_axes
+
+    settings = read_configuration(config)
+    axes = read_axes(settings)
+    summary = summarise(config, settings, axes)
+    if as_json:
+        from monitor.cli.output import emit_json
+
+        emit_json(summary)
+    else:
+        _show(summary)
+
+
+def summarise(path: Path, config: Config, axes: dict[str, Axis]) -> dict[str, Any]:
+    """What the daemon would do with this configuration."""
+    rows = [
+        {
+            "name": axis.name,
+            "file": str(entry.file),
+            "orientation": axis.mechanics.orientation.value,
+            "moving_mass": {"value": axis.mechanics.moving_mass, "unit": axis.inertia_unit},
+            "sample_time": axis.stream.sample_time,
+            "samples_key": f"{config.zenoh.prefix}/{config.site}/{axis.name}/samples",
+        }
+        for entry, axis in zip(config.axis, axes.values(), strict=True)
+    ]
+    return {
+        "verdict": "ok",
+        "config": str(path),
+        "site": config.site,
+        "state_dir": str(config.state_dir),
+        "listen": list(config.zenoh.listen),
+        "window": {"samples": config.window.samples, "hop": config.window.hop},
+        "workers": config.workers,
+        "axes": rows,
+    }
+
+
+def _show(summary: dict[str, Any]) -> None:
+    """Print the summary for people."""
+    from monitor.cli.output import make_table, screen
+
+    out = screen()
+    window = summary["window"]
+    out.print(f"{summary['config']}: ok. Site {summary['site']}, state in {summary['state_dir']},")
+    out.print(
+        f"listens on {', '.join(summary['listen']) or 'nothing'}; windows of {window['samples']} samples every "
+        f"{window['hop']}; {summary['workers']} worker processes."
+    )
+    if not summary["axes"]:
+        out.print("No [[axis]] is listed: streams would be counted as unknown, none identified.")
+        return
+    rows = [
+        (
+            row["name"],
+            row["orientation"],
+            f"{row['moving_mass']['value']:.4g} {row['moving_mass']['unit']}",
+            "from the stream" if row["sample_time"] is None else f"{row['sample_time']:g} s",
+            row["samples_key"],
+        )
+        for row in summary["axes"]
+    ]
+    out.print(make_table(("axis", "lies", ">inertia", ">sample time", "publish samples to"), rows))
