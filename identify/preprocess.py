@@ -1,0 +1,158 @@
+"""From a recording to runs of samples the model can be marched over; each step reports what it removed."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.axis import Axis, TorqueHold
+from plant.recording import Recording
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FASTEST = 0.004  # s; faster data are averaged: one-step errors of very clean fast data say nothing about friction
+AVERAGED = 0.005  # s, what they are averaged to when the axis file does not say
+REGULAR = 0.1  # share of the period a regular clock's steps may scatter
+LOST_SAMPLE = 1.5  # periods: a longer step of a regular clock is a gap
+LOST_IRREGULAR = 3.5  # periods, for an irregular clock
+SHORTEST_RUN = 20  # samples; shorter pieces between gaps are dropped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Samples in one or more runs; the model restarts where a new run begins, so it never crosses a gap.
+
+    Attributes:
+        t: time since the first sample. [s] (n,)
+        force: drive force at the belt. [N] (n,)
+        position: [m] (n,)
+        steps: time to the next sample; 0 at the end of a run. [s] (n,)
+        run: index of the run, ascending from 0. (n,)
+        sample_time: nominal period after averaging. [s]
+        linear: True when the force runs straight between samples, False when it is held.
+        removed: what each step took away or changed, in words.
+    """
+
+    t: Floats
+    force: Floats
+    position: Floats
+    steps: Floats
+    run: Ints
+    sample_time: float
+    linear: bool
+    removed: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        """Count the samples."""
+        return len(self.t)
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return int(self.run[-1]) + 1
+
+    @property
+    def first(self) -> Ints:
+        """Index of each run's first sample. (runs,)"""
+        return np.flatnonzero(np.diff(self.run, prepend=-1)).astype(np.int64)
+
+    def part(self, start: int, stop: int) -> Samples:
+        """Samples `start` to `stop` (exclusive), runs counted anew."""
+        cut = slice(start, stop)
+        run = self.run[cut] - self.run[start]
+        steps = self.steps[cut].copy()
+        steps[-1] = 0.0
+        return dataclasses.replace(
+            self, t=self.t[cut], force=self.force[cut], position=self.position[cut], steps=steps, run=run
+        )
+
+
+def split_at_gaps(t: Floats) -> list[slice]:
+    """Slices of `t` without a gap in them; pieces shorter than `SHORTEST_RUN` samples are left out."""
+    step = np.diff(t)
+    period = float(np.median(step))
+    regular = float(np.mean(np.abs(step - period) > REGULAR * period)) < 0.02
+    longest = (LOST_SAMPLE if regular else LOST_IRREGULAR) * period
+    edges = [0, *(np.flatnonzero(step > longest) + 1).tolist(), len(t)]
+    pieces = [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [piece for piece in pieces if piece.stop - piece.start >= SHORTEST_RUN]
+
+
+def average_down(t: Floats, force: Floats, position: Floats, ratio: int, held: bool) -> tuple[Floats, Floats, Floats]:
+    """Means over blocks of `ratio` samples: model and data see the same moving average, so nothing is biased.
+
+    A held force acts from its stamp to the next, half a period later than a position sample; the block of the force is
+    moved by that half so that both means belong to the same instant. The result is linear between samples.
+    """
+    n = (len(t) // ratio) * ratio
+
+    def blocks(x: Floats) -> Floats:
+        return np.asarray(x[:n].reshape(-1, ratio).mean(axis=1), dtype=np.float64)
+
+    if held:
+        force = 0.5 * (force + np.concatenate([force[:1], force[:-1]]))
+    return blocks(t), blocks(force), blocks(position)
+
+
+def prepare(recording: Recording, axis: Axis) -> Samples:
+    """Split `recording` at its gaps and average fast data down; expects finite samples and rising stamps (see judge)."""
+    removed: list[str] = []
+    period = recording.period
+    wanted = axis.analysis_sample_time or (AVERAGED if period < FASTEST else period)
+    ratio = max(1, round(wanted / period))
+    held = recording.hold is not TorqueHold.LINEAR
+    pieces = split_at_gaps(recording.t)
+    used = sum(piece.stop - piece.start for piece in pieces)
+    if len(pieces) > 1 or used < len(recording):
+        removed.append(f"{len(pieces)} runs between gaps; {len(recording) - used} samples in shorter pieces left out")
+    if ratio > 1:
+        removed.append(f"{1 / period:.4g} Hz averaged down to {1 / (period * ratio):.4g} Hz")
+    parts = []
+    for piece in pieces:
+        t, force, position = recording.t[piece], recording.force[piece], recording.position[piece]
+        parts.append(average_down(t, force, position, ratio, held) if ratio > 1 else (t, force, position))
+    parts = [part for part in parts if len(part[0]) >= SHORTEST_RUN]
+    if not parts:
+        return _empty(period * ratio)
+    t = np.concatenate([part[0] for part in parts]) - recording.t[0]
+    run = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    steps = np.append(np.diff(t), 0.0)
+    steps[np.flatnonzero(np.diff(run))] = 0.0
+    return Samples(
+        t=t,
+        force=np.concatenate([part[1] for part in parts]),
+        position=np.concatenate([part[2] for part in parts]),
+        steps=steps,
+        run=run.astype(np.int64),
+        sample_time=float(np.median(steps[steps > 0])),
+        linear=ratio > 1 or not held,
+        removed=tuple(removed),
+    )
+
+
+def _empty(sample_time: float) -> Samples:
+    """No run is long enough."""
+    nothing = np.empty(0)
+    return Samples(nothing, nothing, nothing, nothing, np.empty(0, dtype=np.int64), sample_time, False)
+
+
+def smooth_velocity(samples: Samples, span: float = 0.05) -> Floats:
+    """Velocity from straight lines through 2 * `span` seconds of position, within each run. [m/s] (n,)"""
+    velocity = np.empty(len(samples))
+    reach = max(2, round(span / samples.sample_time))
+    for first, last in zip(samples.first, [*samples.first[1:], len(samples)], strict=True):
+        t, y = samples.t[first:last], samples.position[first:last]
+        low = np.clip(np.arange(len(t)) - reach, 0, None)
+        high = np.clip(np.arange(len(t)) + reach + 1, None, len(t))
+        sums = [
+            np.concatenate([[0.0], np.cumsum(x)])
+            for x in (t - t[0], y - y[0], (t - t[0]) ** 2, (t - t[0]) * (y - y[0]))
+        ]
+        s_t, s_y, s_tt, s_ty = (c[high] - c[low] for c in sums)
+        count = high - low
+        velocity[first:last] = (s_ty - s_t * s_y / count) / (s_tt - s_t**2 / count)
+    return velocity

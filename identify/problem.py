@@ -1,0 +1,192 @@
+"""The baseline model as a problem an optimiser can work on: scaled unknowns, bounds, weak priors, prediction errors.
+
+Unknowns: the four friction parameters of eq. (1), a constant force on the friction side, the moving mass where the axis
+file does not know it, and position and velocity at the start of each run. Forces are scaled with the largest drive force
+seen, speeds and masses are logarithmic, so that a unit step means the same to every unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.kernels.predictor import predict
+from identify.preprocess import Samples, smooth_velocity
+from plant.axis import Axis
+
+Floats = NDArray[np.float64]
+
+LONGEST_SUBSTEP = 0.005  # s: 40 um over a free run of 20 s, far less in one-second runs
+OFFSET_PRIOR = 0.01  # of rated force, where mass and gravity are known (design.md, baseline model)
+DIFFERENCE = 1e-5  # of a scaled unknown: sqrt of the rounding of a one-step error
+LANES = 8  # candidates are padded to whole vectors
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Typical sizes in one recording: force [N], speed [m/s], travel [m], mass [kg]."""
+
+    force: float
+    speed: float
+    travel: float
+    mass: float
+
+
+def scales_of(samples: Samples, axis: Axis) -> Scales:
+    """Measure the sizes that scale the unknowns."""
+    driving = samples.force - axis.mechanics.weight
+    speed = float(np.quantile(np.abs(smooth_velocity(samples)), 0.98))
+    travel = float(np.ptp(samples.position))
+    return Scales(
+        force=max(float(np.quantile(np.abs(driving), 0.99)), 1e-9),
+        speed=max(speed, 1e-9),
+        travel=travel,
+        mass=axis.mechanics.moving_mass,
+    )
+
+
+class FrictionProblem:
+    """Prediction errors of the baseline model for scaled unknowns x.
+
+    The first `p` entries of x are F_c, F_s, log v_s, F_v, F_0 and, where unknown, log m_e, all scaled; then y and v of
+    each run's first sample.
+    """
+
+    def __init__(self, samples: Samples, axis: Axis) -> None:
+        """Measure scales, bounds and priors once."""
+        self.samples, self.axis = samples, axis
+        self.scales = scales_of(samples, axis)
+        self.estimates_mass = not axis.mechanics.inertia_known
+        self.p = 6 if self.estimates_mass else 5
+        self.substeps = max(1, int(np.ceil(samples.sample_time / LONGEST_SUBSTEP - 1e-9)))
+        self._state: Floats = np.empty((3, 0))
+        self._error: Floats = np.empty((0, 0))
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.p + 2 * self.samples.runs
+
+    @cached_property
+    def start_unit(self) -> tuple[float, float]:
+        """Sizes of the start unknowns: position [m] and velocity [m/s]."""
+        return 0.02 * self.scales.travel, 0.2 * self.scales.speed
+
+    @cached_property
+    def first_state(self) -> Floats:
+        """Measured position and smoothed velocity at each run's start. (runs, 2)"""
+        velocity = smooth_velocity(self.samples)
+        return np.stack([self.samples.position[self.samples.first], velocity[self.samples.first]], axis=1)
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest scaled unknowns. (size,) each"""
+        speed = np.log([2e-3, 3.0])
+        low = [0.0, 0.0, speed[0], 0.0, -1.5]
+        high = [1.5, 3.0, speed[1], 3.0, 1.5]
+        if self.estimates_mass:
+            low, high = [*low, -np.log(5.0)], [*high, np.log(5.0)]
+        edge = np.full(2 * self.samples.runs, 5.0)
+        return np.concatenate([low, -edge]), np.concatenate([high, edge])
+
+    @cached_property
+    def prior(self) -> tuple[Floats, Floats]:
+        """Centre and standard deviation of the weak priors; they damp what a recording does not tell. (size,) each"""
+        centre = np.zeros(self.size)
+        spread = np.ones(self.size)
+        centre[:4] = 0.4, 0.5, np.log(0.2), 0.4
+        spread[:5] = 2.0, 2.0, 3.0, 3.0, 2.0
+        if self.gravity_known:
+            rated = self.axis.drive.rated_force or self.scales.force
+            spread[4] = OFFSET_PRIOR * rated / self.scales.force
+        if self.estimates_mass:
+            spread[5] = np.log(2.0)
+        return centre, spread
+
+    @property
+    def gravity_known(self) -> bool:
+        """True where weight is known, so that a constant force has a prior of zero."""
+        mechanics = self.axis.mechanics
+        return mechanics.weight > 0 and mechanics.inertia_known
+
+    def law(self, x: Floats) -> Floats:
+        """Rows of the predictor's law for candidates x (m, >= p): F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)"""
+        s, mechanics = self.scales, self.axis.mechanics
+        m_e = s.mass * np.exp(x[:, 5]) if self.estimates_mass else np.full(len(x), s.mass)
+        weight = mechanics.weight * (m_e / s.mass)
+        return np.ascontiguousarray(
+            [
+                x[:, 0] * s.force,
+                (x[:, 1] - x[:, 0]) * s.force,
+                np.exp(-x[:, 2]) / s.speed,
+                x[:, 3] * s.force / s.speed,
+                m_e,
+                weight + x[:, 4] * s.force,
+            ]
+        )
+
+    def start(self, x: Floats) -> Floats:
+        """Position and velocity at each run's start for candidates x (m, size). (2 runs, m)"""
+        unit = np.tile(self.start_unit, self.samples.runs)
+        return np.ascontiguousarray(self.first_state.reshape(-1)[:, None] + x[:, self.p :].T * unit[:, None])
+
+    def errors(self, x: Floats, gain: Floats) -> Floats:
+        """Prediction errors of candidates x (m, size) with observer gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        m = len(x)
+        padded = -(-m // LANES) * LANES
+        x = np.concatenate([x, np.repeat(x[-1:], padded - m, axis=0)]) if padded > m else x
+        gains = np.empty((4, padded))
+        gains[:, :m] = gain if gain.ndim == 2 else gain[:, None]
+        gains[:, m:] = gains[:, m - 1 : m]
+        if self._error.shape != (len(self.samples), padded):
+            self._state, self._error = np.empty((3, padded)), np.empty((len(self.samples), padded))
+        s = self.samples
+        predict(
+            s.force,
+            s.position,
+            s.steps,
+            s.run,
+            self.substeps,
+            s.linear,
+            self.law(x),
+            self.start(x),
+            gains,
+            self._state,
+            self._error,
+        )
+        return self._error[:, :m]
+
+    def losses(self, x: Floats, gain: Floats) -> Floats:
+        """N log(mean square prediction error) plus priors of candidates x (m, size); inf where a run diverged. (m,)"""
+        error = self.errors(x, gain)
+        square = np.einsum("nm,nm->m", error, error)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            loss = len(self.samples) * np.log(square / len(self.samples) + 1e-300)
+        centre, spread = self.prior
+        loss += (((x - centre) / spread) ** 2).sum(axis=1)
+        return np.where(np.isfinite(loss), loss, np.inf)
+
+    def jacobian(self, x: Floats, gain: Floats) -> tuple[Floats, Floats]:
+        """Prediction errors (n,) and their derivatives (n, size) at x by forward differences, all lanes at once.
+
+        Starts of all runs are moved together: a run's errors depend on its own start alone.
+        """
+        p, step = self.p, DIFFERENCE
+        sign = np.where(x + step > self.bounds[1], -1.0, 1.0)
+        candidates = np.repeat(x[None], p + 3, axis=0)
+        for i in range(p):
+            candidates[1 + i, i] += sign[i] * step
+        candidates[p + 1, p::2] += step
+        candidates[p + 2, p + 1 :: 2] += step
+        error = self.errors(candidates, gain)
+        base = error[:, 0].copy()
+        slope = (error[:, 1:] - base[:, None]) / step
+        jacobian = np.zeros((len(base), self.size))
+        jacobian[:, :p] = slope[:, :p] * sign[:p]
+        rows = np.arange(len(base))
+        jacobian[rows, p + 2 * self.samples.run] = slope[:, p]
+        jacobian[rows, p + 2 * self.samples.run + 1] = slope[:, p + 1]
+        return base, jacobian
