@@ -1,0 +1,185 @@
+"""The scenario file: TOML that says what axis, what moves it, what it sends and how it ages; every key is checked.
+
+Scenarios that come with the package are called by name: see `names()`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime as dt
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from plant import ageing_climate, ageing_damage, ageing_lubricant
+from plant.ageing import Ageing, Stage
+from plant.axis import Axis, Drive, Sensor
+from plant.axis_file import read_axis
+from plant.axis_schema import is_number
+from plant.errors import AxisFileError, InputError
+from plant.excitation import FORMS, Excitation, holding_torque
+from plant.friction import StribeckFriction
+from plant.presets import READINGS, paper_axis, paper_friction
+from plant.scenario import Bursts, Scenario
+from plant.sensors import PER_MILLE, Sensors
+from plant.tables import build, check_keys, pick
+
+TOP = ("name", "description", "seed", "axis", "friction", "effects", "excitation", "sensors", "ageing", "bursts")
+FOLDER = resources.files("plant") / "scenarios"
+CAUSES: dict[str, type[Stage]] = {
+    cause.kind: cause
+    for cause in (
+        ageing_lubricant.Relubrication,
+        ageing_lubricant.LubricantChange,
+        ageing_lubricant.LubricantLoss,
+        ageing_climate.Ambient,
+        ageing_climate.WarmUp,
+        ageing_climate.Viscosity,
+        ageing_climate.Load,
+        ageing_damage.Wear,
+        ageing_damage.GrowingRailDefect,
+        ageing_damage.Jam,
+        ageing_damage.Scatter,
+    )
+}
+
+
+def names() -> list[str]:
+    """Name the scenarios that come with the package."""
+    return sorted(file.name.removesuffix(".toml") for file in FOLDER.iterdir() if file.name.endswith(".toml"))
+
+
+def read_scenario(path_or_name: str | Path) -> Scenario:
+    """Read a scenario file, or one that comes with the package by its name.
+
+    Raises:
+        InputError: no such file or name, not TOML, unknown key (with the nearest allowed one), missing key, wrong type,
+            value out of range: one line with file, table, key, value and unit.
+    """
+    path = Path(path_or_name)
+    known = names()
+    if str(path_or_name) in known:
+        text = (FOLDER / f"{path_or_name}.toml").read_text(encoding="utf-8")
+        return parse_scenario(text, str(path_or_name), Path())
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: no such scenario file; those that come with tribowatch: {', '.join(known)}"
+        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot read the scenario file: {error}") from None
+    return parse_scenario(text, str(path), path.parent)
+
+
+def parse_scenario(text: str, where: str, folder: Path) -> Scenario:
+    """Compose a scenario from TOML `text`; `where` stands in messages, files are named relative to `folder`.
+
+    Raises:
+        InputError: as `read_scenario`.
+    """
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{where}: not valid TOML: {error}") from None
+    check_keys(content, TOP, where)
+    for table in ("axis", "excitation", "bursts"):
+        if table not in content:
+            raise InputError(f"{where}: table [{table}] is missing")
+    sensors = build(Sensors, content.get("sensors", {}), f"{where} [sensors]")
+    axis, new = _axis(content["axis"], f"{where} [axis]", folder)
+    return Scenario(
+        name=_text(content, "name", where, Path(where).stem),
+        axis=_resolving(axis, sensors),
+        friction=_friction(content.get("friction", {}), new, f"{where} [friction]"),
+        drive=_excitation(content["excitation"], axis, f"{where} [excitation]"),
+        bursts=_bursts(content["bursts"], f"{where} [bursts]"),
+        sensors=sensors,
+        ageing=_ageing(content.get("ageing", []), where),
+        seed=_seed(content, where),
+        description=_text(content, "description", where, ""),
+    )
+
+
+def _text(content: Mapping[str, Any], key: str, where: str, default: str) -> str:
+    value = content.get(key, default)
+    if not isinstance(value, str):
+        raise InputError(f"{where}: {key} is {value!r}, but must be a text in quotes")
+    return value
+
+
+def _seed(content: Mapping[str, Any], where: str) -> int:
+    seed = content.get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise InputError(f"{where}: seed is {seed!r}, but must be an integer >= 0")
+    return seed
+
+
+def _axis(table: Mapping[str, Any], where: str, folder: Path) -> tuple[Axis, StribeckFriction | None]:
+    """Axis and, for a preset, its friction."""
+    check_keys(table, ("preset", "file", "name", "sample_time"), where)
+    if ("preset" in table) == ("file" in table):
+        raise InputError(
+            f'{where}: give preset = "{READINGS[0]}" (or "{READINGS[1]}"), or file = "axis.toml", one of them'
+        )
+    new: StribeckFriction | None = None
+    if "preset" in table:
+        reading = pick({reading: reading for reading in READINGS}, table["preset"], f"{where} preset")
+        axis, new = paper_axis(reading), paper_friction(reading)
+    else:
+        axis = read_axis(folder / _text(table, "file", where, ""))
+    try:
+        axis = dataclasses.replace(axis, name=_text(table, "name", where, axis.name))
+    except AxisFileError as error:
+        raise InputError(f"{where}: {error}") from None
+    if "sample_time" in table:
+        if not (is_number(table["sample_time"]) and table["sample_time"] > 0):
+            raise InputError(f"{where}: sample_time is {table['sample_time']!r} s, but must be a number > 0 s")
+        axis = dataclasses.replace(
+            axis, stream=dataclasses.replace(axis.stream, sample_time=float(table["sample_time"]))
+        )
+    return axis, new
+
+
+def _resolving(axis: Axis, sensors: Sensors) -> Axis:
+    """`axis` with the resolutions of `sensors`, where its file does not give them."""
+    rated = axis.drive.rated_force
+    step = sensors.torque_resolution * abs(axis.mechanics.gain)
+    step = max(step, sensors.torque_per_mille * PER_MILLE * (rated or 0.0))
+    return dataclasses.replace(
+        axis,
+        drive=Drive(rated, axis.drive.force_resolution or step),
+        sensor=Sensor(axis.sensor.position_resolution or sensors.position_resolution, axis.sensor.side),
+    )
+
+
+def _friction(table: Mapping[str, Any], new: StribeckFriction | None, where: str) -> StribeckFriction:
+    preset = {} if new is None else dataclasses.asdict(new)
+    return build(StribeckFriction, {**preset, **table}, where)
+
+
+def _excitation(table: Mapping[str, Any], axis: Axis, where: str) -> Excitation:
+    """The torque; on a vertical axis it swings about the one that holds the weight unless the file gives an offset."""
+    form = pick(FORMS, table.get("form"), f"{where} form")
+    rest = {key: value for key, value in table.items() if key != "form"}
+    return build(form, {"offset": holding_torque(axis.mechanics), **rest}, where)
+
+
+def _bursts(table: Mapping[str, Any], where: str) -> Bursts:
+    start = table.get("start")
+    if not isinstance(start, dt.datetime) or start.tzinfo is None:
+        raise InputError(f"{where}: start is {start!r}, but must be a time with zone, like 2026-01-05T06:00:00Z")
+    return build(Bursts, {key: value for key, value in table.items() if key != "start"}, where, start=start)
+
+
+def _ageing(tables: object, where: str) -> Ageing:
+    if not isinstance(tables, list):
+        raise InputError(f"{where}: ageing must be written [[ageing]], with two brackets")
+    stages = []
+    for number, table in enumerate(tables, start=1):
+        place = f"{where} [[ageing]] {number}"
+        cause = pick(CAUSES, table.get("kind"), f"{place} kind")
+        stages.append(build(cause, {key: value for key, value in table.items() if key != "kind"}, place))
+    return Ageing(tuple(stages))
