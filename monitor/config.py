@@ -1,6 +1,7 @@
 """The daemon's configuration: one TOML file, overridable by environment variables, unknown keys are errors.
 
-Relative paths are relative to the configuration file. `TRIBOWATCH_ZENOH__PREFIX=plant` in the environment sets `[zenoh] prefix`.
+Relative paths are relative to the configuration file. The environment overrides the file:
+`TRIBOWATCH_ZENOH__PREFIX=plant` sets `[zenoh] prefix`.
 """
 
 from __future__ import annotations
@@ -29,60 +30,74 @@ class _Section(BaseModel):
 class ZenohSection(_Section):
     """Where streams come from and answers go to."""
 
-    prefix: str = Field("tribowatch", description="first part of every key")
-    mode: Literal["peer", "client", "router"] = Field("peer", description="the daemon listens; leaves are clients")
-    listen: tuple[str, ...] = Field(("tcp/127.0.0.1:7447",), description="endpoints opened here")
-    connect: tuple[str, ...] = Field((), description="endpoints of other hubs")
+    prefix: str = Field(default="tribowatch", description="first part of every key")
+    mode: Literal["peer", "client", "router"] = Field(
+        default="peer", description="the daemon listens; leaves are clients"
+    )
+    listen: tuple[str, ...] = Field(default=("tcp/127.0.0.1:7447",), description="endpoints opened here")
+    connect: tuple[str, ...] = Field(default=(), description="endpoints of other hubs")
 
 
 class WindowSection(_Section):
     """How a stream is cut into windows, counted in analysis samples."""
 
-    samples: int = Field(2000, ge=16, description="samples of one window, after averaging to the analysis rate")
-    hop: int = Field(500, ge=1, description="samples from one window's start to the next")
+    samples: int = Field(default=2000, ge=16, description="samples of one window, after averaging to the analysis rate")
+    hop: int = Field(default=500, ge=1, description="samples from one window's start to the next")
 
 
 class IntakeSection(_Section):
     """How much the intake holds, and how long it waits."""
 
-    queue_blocks: Count = Field(20000, description="blocks waiting for the core; beyond it they are dropped, counted")
-    reorder_seconds: Seconds = Field(2.0, description="wait for late blocks before a gap is declared [s]")
-    commit_seconds: Seconds = Field(0.2, description="longest time a received block waits for its commit [s]")
-    stale_after: Seconds = Field(7200.0, description="silence on the wall clock that makes an axis stale [s]")
+    queue_blocks: Count = Field(
+        default=20000, description="blocks waiting for the core; beyond it they are dropped, counted"
+    )
+    reorder_seconds: Seconds = Field(default=2.0, description="wait for late blocks before a gap is declared [s]")
+    commit_seconds: Seconds = Field(default=0.2, description="longest time a received block waits for its commit [s]")
+    stale_after: Seconds = Field(default=7200.0, description="silence on the wall clock that makes an axis stale [s]")
 
 
 class IdentificationSection(_Section):
     """How windows are identified."""
 
-    workers: int = Field(0, ge=0, description="processes; 0 = one per processor")
-    method: str = Field("ga+polish", description="see tribowatch identify --method")
-    retries: int = Field(2, ge=0, description="new attempts after a worker died, then the window is bad_data")
-    timeout_seconds: Seconds = Field(300.0, description="a worker busy longer is taken as hung and replaced [s]")
+    workers: int = Field(default=0, ge=0, description="processes; 0 = one per processor")
+    method: str = Field(default="ga+polish", description="see tribowatch identify --method")
+    retries: int = Field(default=2, ge=0, description="new attempts after a worker died, then the window is bad_data")
+    timeout_seconds: Seconds = Field(
+        default=300.0, description="a worker busy longer is taken as hung and replaced [s]"
+    )
 
 
 class DriftSection(_Section):
     """What counts as a change; see monitor/drift.py."""
 
-    baseline_windows: int = Field(20, ge=5, description="identified, non-overlapping windows that make the baseline")
-    min_change: float = Field(0.05, gt=0, lt=1, description="smallest relative change of friction worth an alert [1]")
-    jam_rise: float = Field(0.5, gt=0, description="sudden relative rise of friction called a jam [1]")
+    baseline_windows: int = Field(
+        default=20, ge=5, description="identified, non-overlapping windows that make the baseline"
+    )
+    min_change: float = Field(
+        default=0.05, gt=0, lt=1, description="smallest relative change of friction worth an alert [1]"
+    )
+    jam_rise: float = Field(default=0.5, gt=0, description="sudden relative rise of friction called a jam [1]")
 
 
 class AlarmsSection(_Section):
     """How often a healthy axis may cry wolf, and how long conditions last before they count."""
 
-    false_alarms_per_axis_year: float = Field(1.0, gt=0, description="all kinds of one axis together [1/a]")
-    on_windows: Count = Field(1, description="windows a condition lasts before its alarm is raised")
-    off_windows: Count = Field(3, description="windows a condition stays away before its alarm returns to normal")
-    bad_windows: Count = Field(3, description="bad_data windows in a row that raise data_quality")
+    false_alarms_per_axis_year: float = Field(default=1.0, gt=0, description="all kinds of one axis together [1/a]")
+    on_windows: Count = Field(default=1, description="windows a condition lasts before its alarm is raised")
+    off_windows: Count = Field(
+        default=3, description="windows a condition stays away before its alarm returns to normal"
+    )
+    bad_windows: Count = Field(default=3, description="bad_data windows in a row that raise data_quality")
 
 
 class HistorySection(_Section):
     """Where history is kept."""
 
-    database: str = Field("", description="SQLAlchemy URL; empty = tribowatch.db in state_dir")
-    synchronous: Literal["NORMAL", "FULL"] = Field("NORMAL", description="SQLite: FULL survives power loss, slower")
-    keep_raw_windows: int = Field(4, ge=0, description="newest windows per axis whose raw samples are kept")
+    database: str = Field(default="", description="SQLAlchemy URL; empty = tribowatch.db in state_dir")
+    synchronous: Literal["NORMAL", "FULL"] = Field(
+        default="NORMAL", description="SQLite: FULL survives power loss, slower"
+    )
+    keep_raw_windows: int = Field(default=4, ge=0, description="newest windows per axis whose raw samples are kept")
 
 
 class LogSection(_Section):
@@ -106,8 +121,8 @@ class Config(BaseSettings):
     )
 
     site: str = Field(pattern=f"^{AXIS_NAME}$", description="second part of every key")
-    state_dir: Path = Field(Path("var"), description="database and lock file")
-    seed: int = Field(0, ge=0, description="with axis, epoch and sample number it seeds each window's search")
+    state_dir: Path = Field(default=Path("var"), description="database and lock file")
+    seed: int = Field(default=0, ge=0, description="with axis, epoch and sample number it seeds each window's search")
     zenoh: ZenohSection = ZenohSection()
     window: WindowSection = WindowSection()
     intake: IntakeSection = IntakeSection()
@@ -124,7 +139,8 @@ class Config(BaseSettings):
         settings_cls: type[BaseSettings],  # noqa: ARG003
         init_settings: PydanticBaseSettingsSource,
         env_settings: PydanticBaseSettingsSource,
-        **_other: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,  # noqa: ARG003
+        file_secret_settings: PydanticBaseSettingsSource,  # noqa: ARG003
     ) -> tuple[PydanticBaseSettingsSource, ...]:
         """Let the environment win over what `read_config` read from the file."""
         return env_settings, init_settings

@@ -1,8 +1,8 @@
 """From blocks to windows: which samples were received, which are missing, and which make a window. Pure.
 
-A *segment* is a contiguous run of samples: one epoch, no sample missing, no jump of the stamps. Windows of a segment start
-at its first sample + k * hop; so what the windows are depends on the samples alone, not on how they were cut into blocks,
-repeated or reordered.
+A *segment* is a contiguous run of samples: one epoch, no sample missing, no jump of the stamps. Windows of a segment
+start at its first sample + k * hop; so what the windows are depends on the samples alone, not on how they were cut into
+blocks, repeated or reordered.
 Every sample number of an epoch below `next_seq` was either received once or lies in exactly one reported gap.
 """
 

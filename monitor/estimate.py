@@ -1,0 +1,93 @@
+"""The answer to one window, as history, drift and subscribers see it. Values only."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from monitor.windows import Window
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One friction parameter with its 95 % interval (None where not identifiable)."""
+
+    name: str
+    value: float
+    unit: str
+    low: float | None = None
+    high: float | None = None
+    identifiable: bool = True
+    at_bound: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Friction F(v) averaged over both directions, at speeds the window visited.
+
+    Attributes:
+        speeds: from a fixed geometric grid, so that windows share them. [m/s or rad/s] (k,)
+        values: friction. [N or N·m] (k,)
+        low, high: 95 % interval. [N or N·m] (k,)
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {name: list(values) for name, values in dataclasses.asdict(self).items()}
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Curve:
+        """Read what `to_dict` wrote."""
+        return cls(**{name: tuple(numbers) for name, numbers in values.items()})
+
+    def at(self, speeds: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Values and standard errors at `speeds`, or None where one lies outside. [N or N·m]"""
+        own = np.array(self.speeds)
+        wanted = np.array(speeds)
+        if len(own) == 0 or wanted.min() < own[0] * (1 - 1e-9) or wanted.max() > own[-1] * (1 + 1e-9):
+            return None
+        half = (np.array(self.high) - np.array(self.low)) / 2
+        return np.interp(wanted, own, self.values), np.interp(wanted, own, half) / 1.96
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What identification said about one window.
+
+    Attributes:
+        window: which samples, and when. [ns]
+        verdict: identified | not_informative | bad_data.
+        reason: why not, in words and numbers.
+        seconds: what it took. [s]
+        conditions: mean temperature [degC], load [kg or 1], speed and travel, where known.
+        result: the JSON of `tribowatch identify`.
+    """
+
+    window: Window
+    verdict: str
+    reason: str | None
+    method: str
+    seed: int
+    software: str
+    data_sha256: str
+    result: dict[str, Any]
+    criterion: float | None = None
+    held_out_criterion: float | None = None
+    evaluations: int = 0
+    seconds: float = 0.0
+    parameters: tuple[Parameter, ...] = ()
+    curve: Curve | None = None
+    conditions: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def informative(self) -> bool:
+        """Whether drift may learn from it."""
+        return self.verdict == "identified" and self.curve is not None

@@ -1,0 +1,49 @@
+"""The schema version of a history database: read it, bring it up to date."""
+
+from __future__ import annotations
+
+from alembic import command
+from alembic.config import Config as AlembicConfig
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, Engine
+
+from monitor.database import explained
+from monitor.errors import DatabaseError
+
+
+def alembic_config(connection: Connection | None = None) -> AlembicConfig:
+    """Alembic without an ini file: our scripts, and the connection to migrate."""
+    config = AlembicConfig()
+    config.set_main_option("script_location", "monitor:migrations")
+    config.set_main_option("path_separator", "os")
+    if connection is not None:
+        config.attributes["connection"] = connection
+    return config
+
+
+def migrate(engine: Engine, url: str, revision: str = "head") -> None:
+    """Bring the database to `revision` (all in one transaction).
+
+    Raises:
+        DatabaseError: it cannot be opened or written, or was written by a newer program.
+    """
+    with explained(url), engine.begin() as connection:
+        check_version(connection, url)
+        command.upgrade(alembic_config(connection), revision)
+
+
+def check_version(connection: Connection, url: str, *, must_be_current: bool = False) -> None:
+    """Refuse a database whose schema this program does not know.
+
+    Raises:
+        DatabaseError: written by a newer program; or, with `must_be_current`, empty or by an older one.
+    """
+    current = MigrationContext.configure(connection).get_current_revision()
+    scripts = ScriptDirectory.from_config(alembic_config())
+    known = {script.revision for script in scripts.walk_revisions()}
+    where = connection.engine.url.database or url
+    if current is not None and current not in known:
+        raise DatabaseError(f"{where}: schema {current!r} is newer than this program knows; upgrade tribowatch")
+    if must_be_current and current != scripts.get_current_head():
+        raise DatabaseError(f"{where}: schema {current!r} is older than this program; start the daemon to upgrade it")
