@@ -1,4 +1,4 @@
-"""Local polish: Levenberg-Marquardt on the prediction errors, within bounds, all trial steps of one iteration at once."""
+"""Local polish: Levenberg-Marquardt on the prediction errors, within bounds, all trial steps at once."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +79,7 @@ def split_at_gaps(t: Floats) -> list[slice]:
     regular = float(np.mean(np.abs(step - period) > REGULAR * period)) < 0.02
     longest = (LOST_SAMPLE if regular else LOST_IRREGULAR) * period
     edges = [0, *(np.flatnonzero(step > longest) + 1).tolist(), len(t)]
-    pieces = [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    pieces = [slice(a, b) for a, b in itertools.pairwise(edges)]
     return [piece for piece in pieces if piece.stop - piece.start >= SHORTEST_RUN]
 
 
@@ -99,7 +100,7 @@ def average_down(t: Floats, force: Floats, position: Floats, ratio: int, held: b
 
 
 def prepare(recording: Recording, axis: Axis) -> Samples:
-    """Split `recording` at its gaps and average fast data down; expects finite samples and rising stamps (see judge)."""
+    """Split `recording` at its gaps and average fast data down; wants finite samples, rising stamps (see judge)."""
     removed: list[str] = []
     period = recording.period
     wanted = axis.analysis_sample_time or (AVERAGED if period < FASTEST else period)

@@ -1,12 +1,13 @@
 """The baseline model as a problem an optimiser can work on: scaled unknowns, bounds, weak priors, prediction errors.
 
-Unknowns: the four friction parameters of eq. (1), a constant force on the friction side, the moving mass where the axis
-file does not know it, and position and velocity at the start of each run. Forces are scaled with the largest drive force
-seen, speeds and masses are logarithmic, so that a unit step means the same to every unknown.
+Unknowns: the four friction parameters of eq. (1), a constant force on the friction side, the moving mass where the
+axis file does not know it, and position and velocity at the start of each run. Forces are scaled with the largest drive
+force seen, speeds and masses are logarithmic, so that a unit step means the same to every unknown.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -55,10 +56,13 @@ class FrictionProblem:
     each run's first sample.
     """
 
-    def __init__(self, samples: Samples, axis: Axis) -> None:
-        """Measure scales, bounds and priors once."""
+    def __init__(
+        self, samples: Samples, axis: Axis, *, scales: Scales | None = None, first_state: Floats | None = None
+    ) -> None:
+        """Measure scales and first states (runs, 2) once, unless they are given."""
         self.samples, self.axis = samples, axis
-        self.scales = scales_of(samples, axis)
+        self.scales = scales_of(samples, axis) if scales is None else scales
+        self._first_state = first_state
         self.estimates_mass = not axis.mechanics.inertia_known
         self.p = 6 if self.estimates_mass else 5
         self.substeps = max(1, int(np.ceil(samples.sample_time / LONGEST_SUBSTEP - 1e-9)))
@@ -78,6 +82,8 @@ class FrictionProblem:
     @cached_property
     def first_state(self) -> Floats:
         """Measured position and smoothed velocity at each run's start. (runs, 2)"""
+        if self._first_state is not None:
+            return self._first_state
         velocity = smooth_velocity(self.samples)
         return np.stack([self.samples.position[self.samples.first], velocity[self.samples.first]], axis=1)
 
@@ -128,13 +134,39 @@ class FrictionProblem:
             ]
         )
 
+    def named(self, x: Floats) -> list[tuple[str, str, float, bool, float]]:
+        """Name, unit, value, whether logarithmic, and scale of the first p unknowns of x (size,)."""
+        s, axis = self.scales, self.axis
+        force, viscous = s.force, s.force / s.speed
+        viscous_unit = "N*m*s/rad" if axis.is_rotary else "N*s/m"
+        rows = [
+            ("coulomb_force", axis.force_unit, x[0] * force, False, force),
+            ("static_force", axis.force_unit, x[1] * force, False, force),
+            ("stribeck_velocity", f"{axis.position_unit}/s", np.exp(x[2]) * s.speed, True, 1.0),
+            ("viscous_coefficient", viscous_unit, x[3] * viscous, False, viscous),
+            ("constant_force", axis.force_unit, x[4] * force, False, force),
+        ]
+        if self.estimates_mass:
+            rows.append(("moving_mass", axis.inertia_unit, np.exp(x[5]) * s.mass, True, 1.0))
+        return [(name, unit, float(value), log, scale) for name, unit, value, log, scale in rows]
+
+    def encode(self, values: Mapping[str, float]) -> Floats:
+        """Scaled unknowns (size,) of parameter `values` by name; names left out take the prior's centre."""
+        x = self.prior[0].copy()
+        for index, (name, _, _, logarithmic, scale) in enumerate(self.named(x)):
+            if name not in values:
+                continue
+            unit = {"stribeck_velocity": self.scales.speed, "moving_mass": self.scales.mass}.get(name, scale)
+            x[index] = np.log(values[name] / unit) if logarithmic else values[name] / unit
+        return np.clip(x, *self.bounds)
+
     def start(self, x: Floats) -> Floats:
         """Position and velocity at each run's start for candidates x (m, size). (2 runs, m)"""
         unit = np.tile(self.start_unit, self.samples.runs)
         return np.ascontiguousarray(self.first_state.reshape(-1)[:, None] + x[:, self.p :].T * unit[:, None])
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
-        """Prediction errors of candidates x (m, size) with observer gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
         m = len(x)
         padded = -(-m // LANES) * LANES
         x = np.concatenate([x, np.repeat(x[-1:], padded - m, axis=0)]) if padded > m else x

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identify.genetic import GeneticAlgorithm, GeneticSettings
 from identify.observer import gain_table
-from identify.polish import Polished, polish
+from identify.polish import polish
 from identify.problem import FrictionProblem
 
 Floats = NDArray[np.float64]
@@ -101,7 +101,7 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
 
 
 def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats) -> SearchResult:
-    """Polish at the likeliest gain of x, then weaken the observer decade by decade as long as that finds a likelier fit.
+    """Polish at the likeliest gain of x, then weaken the observer by decades as long as that finds a likelier fit.
 
     A strong observer forgives a wrong start, a weak one tells parameters apart; going from one to the other is what
     makes blind starts converge.

@@ -2,7 +2,7 @@
 
 The model of eq. (5) is marched from sample to sample; at each sample the prediction error corrects position, velocity
 and a latent acceleration d (an Ornstein-Uhlenbeck process that stands for every force nobody modelled). With all gains
-zero it is the free run whose error eq. (4) sums; with a large gain it is equation error; everything between is one family.
+zero it is the free run whose error eq. (4) sums; with a large gain it is equation error; all between is one family.
 """
 
 from __future__ import annotations

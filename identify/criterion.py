@@ -1,0 +1,78 @@
+"""The criterion of eq. (4): over one free run as in the paper, or over short free runs restarted at smoothed states.
+
+The position of a friction axis is a free integrator: over a long run the smallest unmodelled force drifts it away, in
+closed loop by metres. Runs of one second tell models apart and do not drown in the drift.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.preprocess import Samples
+from identify.problem import FrictionProblem
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+RUN_LENGTH = 1.0  # s, design.md
+REACHES = (2, 3, 5, 8, 12, 18)  # samples to each side of a smoothed state, the widest that still fits is taken
+FITS = 1.5  # times the noise: residual of a local parabola that still counts as fitting
+FREE = np.zeros(4)
+
+
+def noise_level(position: Floats) -> float:
+    """Standard deviation of white noise on `position` (n,), from its third differences. [m]"""
+    third = np.diff(position, n=3)
+    return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20.0)) if len(third) else 0.0
+
+
+def smoothed_states(samples: Samples, at: Ints) -> Floats:
+    """Position and velocity at samples `at` (k,), by local parabolas as wide as the noise asks for. (k, 2)"""
+    noise = noise_level(samples.position)
+    edges = [*samples.first.tolist(), len(samples)]
+    states = np.empty((len(at), 2))
+    for row, k in enumerate(at):
+        run = int(samples.run[k])
+        for reach in REACHES:
+            a, b = max(edges[run], k - reach), min(edges[run + 1], k + reach + 1)
+            t, y = samples.t[a:b] - samples.t[k], samples.position[a:b]
+            design = np.stack([np.ones_like(t), t, 0.5 * t**2], axis=1)
+            fit, *_ = np.linalg.lstsq(design, y, rcond=None)
+            misfit = float(np.sqrt(np.sum((y - design @ fit) ** 2) / max(len(t) - 3, 1)))
+            if reach == REACHES[0] or misfit <= FITS * noise:
+                states[row] = fit[0], fit[1]
+            if misfit > FITS * noise:
+                break
+    return states
+
+
+def restarted(samples: Samples, run_length: float = RUN_LENGTH) -> tuple[Samples, Floats]:
+    """The same samples cut into runs of `run_length` seconds, and the smoothed state each starts from: (runs, 2)."""
+    since = samples.t - samples.t[samples.first][samples.run]
+    piece = np.floor(since / run_length + 1e-9).astype(np.int64)
+    fresh = np.flatnonzero((np.diff(samples.run, prepend=-1) != 0) | (np.diff(piece, prepend=-1) != 0))
+    run = np.zeros(len(samples), dtype=np.int64)
+    run[fresh[1:]] = 1
+    return dataclasses.replace(samples, run=np.cumsum(run)), smoothed_states(samples, fresh.astype(np.int64))
+
+
+def short_run_criterion(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> float:
+    """Eq. (4) of unknowns x over restarted free runs: squared errors over squares of the centred position. [1]"""
+    samples, states = restarted(problem.samples, run_length)
+    cut = FrictionProblem(samples, problem.axis, scales=problem.scales, first_state=states)
+    y = np.concatenate([x[: problem.p], np.zeros(2 * samples.runs)])
+    error = cut.errors(y[None], FREE)[:, 0]
+    return float(error @ error) / float(np.sum((samples.position - samples.position.mean()) ** 2))
+
+
+def free_run_criterion(problem: FrictionProblem, candidates: Floats) -> Floats:
+    """Eq. (4) of candidates (m, p) over one free run from the measured start; inf where it diverged. (m,)"""
+    x = np.concatenate([candidates, np.zeros((len(candidates), problem.size - candidates.shape[1]))], axis=1)
+    error = problem.errors(x, FREE)
+    position = problem.samples.position
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = np.einsum("nm,nm->m", error, error) / float(position @ position)
+    return np.where(np.isfinite(value), value, np.inf)

@@ -1,0 +1,138 @@
+"""The front door: one recording in; parameters with honest intervals, or a reasoned refusal, out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.criterion import short_run_criterion
+from identify.errors import InputError
+from identify.judge import median_speed, too_broken, uninformative, unusable
+from identify.paper_method import identify_as_in_the_paper
+from identify.polish import polish
+from identify.preprocess import prepare
+from identify.problem import FrictionProblem
+from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
+from identify.search import SearchResult, observer_search
+from identify.uncertainty import Uncertainty, uncertainty
+from plant.axis import Axis
+from plant.recording import Recording
+
+Floats = NDArray[np.float64]
+
+METHODS = ("ga+polish", "paper")
+TRAIN = 0.6  # of the samples; the rest is held out
+FORCE_KNOWN = 0.5  # half-width over the friction level, below which a force counts as identified
+LOG_KNOWN = 0.7  # half-width of a logarithm: a factor of two either way
+
+
+def identify_friction(
+    recording: Recording,
+    axis: Axis,
+    *,
+    seed: int = 0,
+    method: str = "ga+polish",
+    start: Mapping[str, float] | None = None,
+) -> IdentificationResult:
+    """Identify the friction law of eq. (1) and (5) from one recording.
+
+    Args:
+        recording: samples of one run of the axis; the whole of it is used.
+        axis: its constants; with `inertia_known = false` the moving mass is estimated too.
+        seed: of the search; the same seed gives the same result, bit by bit, on one kind of processor.
+        method: "ga+polish" (genetic start, polish of the one-step prediction with a disturbance observer) or "paper"
+            (the genetic algorithm of §3 on eq. (4), with the preprocessing of §5).
+        start: parameter values to try first, for instance the axis' last answer; they compete, they do not bind.
+
+    Returns:
+        Parameters with 95 % intervals and verdict; unusable samples give the verdict `bad_data`.
+
+    Raises:
+        InputError: an unknown method.
+    """
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is not known: use one of {', '.join(METHODS)}")
+    reason = unusable(recording, axis)
+    if reason is not None:
+        return _refused(recording, axis, method, seed, reason)
+    if method == "paper":
+        return identify_as_in_the_paper(recording, axis, seed=seed)
+    samples = prepare(recording, axis)
+    reason = too_broken(samples)
+    if reason is not None:
+        return _refused(recording, axis, method, seed, reason)
+    problem = FrictionProblem(samples, axis)
+    found = observer_search(problem, np.random.default_rng(seed), None if start is None else problem.encode(start))
+    spread = uncertainty(problem, found.x, found.gain)
+    parameters = describe(problem, found.x, spread)
+    usual, fastest = median_speed(samples)
+    curve = FrictionCurve(found.x[:4].copy(), problem.scales.force, problem.scales.speed, fastest, spread.part(4))
+    force, half = curve.at([usual])
+    reason = uninformative(samples, parameters, float(force[0]), float(half[0]), axis)
+    return IdentificationResult(
+        verdict=Verdict.IDENTIFIED if reason is None else Verdict.NOT_INFORMATIVE,
+        reason=reason,
+        axis=axis.name,
+        parameters=parameters,
+        criterion=short_run_criterion(problem, found.x),
+        held_out_criterion=_held_out(problem, found),
+        method=method,
+        evaluations=found.evaluations,
+        seed=seed,
+        samples=len(samples),
+        start=float(recording.t[0]),
+        end=float(recording.t[-1]) + recording.period,
+        curve=curve,
+        observer=(float(found.setting[0]), float(found.setting[1])),
+        preprocessing=samples.removed,
+    )
+
+
+def describe(problem: FrictionProblem, x: Floats, spread: Uncertainty) -> dict[str, Parameter]:
+    """Physical parameters of the unknowns x (size,) with intervals; logarithmic unknowns get asymmetric ones."""
+    half = spread.half_widths(np.eye(len(x)))
+    level = max(x[0], x[1], 1e-12)
+    parameters = {}
+    for index, (name, unit, value, logarithmic, scale) in enumerate(problem.named(x)):
+        at_bound = bool(spread.at_bound[index])
+        if logarithmic:
+            known = half[index] < LOG_KNOWN
+            interval = (value * float(np.exp(-half[index])), value * float(np.exp(half[index])))
+        else:
+            reference = max(x[index], 0.5 * level) if name == "viscous_coefficient" else level
+            known = half[index] < FORCE_KNOWN * reference
+            interval = (value - float(half[index] * scale), value + float(half[index] * scale))
+        identifiable = bool(known and not at_bound)
+        parameters[name] = Parameter(name, value, unit, interval if identifiable else None, identifiable, at_bound)
+    return parameters
+
+
+def _held_out(problem: FrictionProblem, found: SearchResult) -> float:
+    """Eq. (4) over one-second free runs on the last 40 %, fitted on the first 60 %. [1]"""
+    samples = problem.samples
+    cut = int(TRAIN * len(samples))
+    train = FrictionProblem(samples.part(0, cut), problem.axis, scales=problem.scales)
+    test = FrictionProblem(samples.part(cut, len(samples)), problem.axis, scales=problem.scales)
+    begin = np.concatenate([found.x[: problem.p + 2 * train.samples.runs]])
+    fitted = polish(train, begin, found.gain, 15).x
+    return short_run_criterion(test, np.concatenate([fitted[: problem.p], np.zeros(2 * test.samples.runs)]))
+
+
+def _refused(recording: Recording, axis: Axis, method: str, seed: int, reason: str) -> IdentificationResult:
+    """The verdict bad_data with its reason."""
+    return IdentificationResult(
+        verdict=Verdict.BAD_DATA,
+        reason=reason,
+        axis=axis.name,
+        parameters={},
+        criterion=None,
+        held_out_criterion=None,
+        method=method,
+        evaluations=0,
+        seed=seed,
+        samples=len(recording),
+        start=float(recording.t[0]),
+        end=float(recording.t[-1]),
+    )
