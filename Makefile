@@ -26,7 +26,7 @@ ARGS ?=
 PYTEST_ARGS ?= -q
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint bench paper kill9 clean
+.PHONY: help setup run test lint docs bench paper kill9 clean
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 12
@@ -45,6 +45,9 @@ lint: $(VENV)/.ready-dev  ## ruff, mypy --strict and the import contracts alone
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --cache-dir $(CACHE)/grimp
+
+docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md and docs/configuration.md from the code
+	$(PY) docs/generate.py
 
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PY) -m pytest tests/benchmarks --benchmark-enable --benchmark-only -q

@@ -3,5 +3,8 @@
 from __future__ import annotations
 
 from monitor.cli.app import app, main
+from monitor.cli.check_config import check_config_command
+
+app.command("check-config")(check_config_command)
 
 __all__ = ["app", "main"]

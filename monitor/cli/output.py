@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 BARS = "▁▂▃▄▅▆▇█"
 SCHEMA_VERSION = 1
+PLAIN_WIDTH = 200  # columns of a table that goes into a file or a pipe
 
 
 def emit_json(result: Mapping[str, Any]) -> None:
@@ -38,10 +39,13 @@ def note(text: str) -> None:
 
 
 def screen(*, stderr: bool = False) -> Console:
-    """A rich console; plain text where it is not a terminal."""
+    """A rich console; plain text, never cut, where it is not a terminal."""
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, soft_wrap=False)
+    console = Console(stderr=stderr, highlight=False, soft_wrap=True, markup=False)
+    if not console.is_terminal:
+        console.width = max(console.width, PLAIN_WIDTH)
+    return console
 
 
 def make_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> Table:
@@ -51,7 +55,7 @@ def make_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str
 
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for column in columns:
-        table.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", no_wrap=True)
+        table.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table

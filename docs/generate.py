@@ -1,0 +1,98 @@
+"""Write the reference pages that come from the code: docs/cli.md and docs/configuration.md.
+
+`make docs` runs it; a test fails when a page and the code differ.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+
+
+def cli_reference() -> str:
+    """Every command with its options, from the help texts."""
+    done = subprocess.run(
+        [sys.executable, "-m", "typer", "monitor.cli", "utils", "docs", "--name", "tribowatch"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=HERE.parent,
+        env=None,
+    )
+    text = html.unescape(done.stdout)
+    text = re.sub(r"\{(\w+)\}", lambda match: match.group(1).upper(), text)
+    text = text.replace("# `tribowatch`\n", "# Commands\n\n" + CLI_PREFACE, 1)
+    return text.rstrip() + "\n"
+
+
+def configuration_reference() -> str:
+    """Every key of the configuration, from the models that check it."""
+    from pydantic import BaseModel
+    from pydantic_core import PydanticUndefined
+
+    from monitor.config import AxisSection, Config
+
+    def rows(model: type[BaseModel], skip: tuple[str, ...] = ()) -> list[str]:
+        table = ["| key | default | meaning |", "|---|---|---|"]
+        for name, field in model.model_fields.items():
+            if name in skip:
+                continue
+            default = "required" if field.default is PydanticUndefined else f"`{_toml(field.default)}`"
+            table.append(f"| `{name}` | {default} | {field.description or ''} |")
+        return table
+
+    sections = {
+        name: field.default for name, field in Config.model_fields.items() if isinstance(field.default, BaseModel)
+    }
+    lines = [CONFIG_PREFACE, "## Top level", "", *rows(Config, (*sections, "axis")), ""]
+    for name, default in sections.items():
+        first = (type(default).__doc__ or "").strip().splitlines()[0]
+        lines += [f"## `[{name}]`", "", first, "", *rows(type(default)), ""]
+    lines += ["## `[[axis]]`, repeated", "", "The axes to identify; see [the axis file](axis-file.md).", ""]
+    lines += [*rows(AxisSection), ""]
+    return "\n".join(lines)
+
+
+def _toml(value: Any) -> str:
+    """A default as one writes it in TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, (str, Path)):
+        return f'"{value}"'
+    return f"{value}"
+
+
+CLI_PREFACE = """\
+Generated from the code by `make docs`; do not edit.
+
+Every command that prints a result takes `--json`: one JSON object on stdout and nothing else there; logs and progress
+go to stderr. Exit codes: 0 done (whatever the verdict), 2 bad input or configuration (one line on stderr says what,
+where, the value with its unit, and what to do), 3 service or database out of reach, 130 and 143 interrupted by ^C and
+by SIGTERM, 1 an error of ours (the line names the file with the details).
+"""
+
+CONFIG_PREFACE = """\
+# Configuration of the daemon
+
+Generated from the code by `make docs`; do not edit.
+
+One TOML file, given to `tribowatch run --config FILE`. Unknown keys are errors that name the nearest allowed key;
+`tribowatch check-config FILE` checks the file and the axis files it lists. Relative paths are relative to the file.
+Every key can be overridden by the environment: `TRIBOWATCH_ZENOH__PREFIX=plant` sets `prefix` in `[zenoh]`.
+"""
+
+PAGES = {"cli.md": cli_reference, "configuration.md": configuration_reference}
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(HERE.parent))
+    for name, page in PAGES.items():
+        (HERE / name).write_text(page(), encoding="utf-8")
+        sys.stdout.write(f"docs/{name}\n")

@@ -1,0 +1,118 @@
+"""Data and imports flow one way, I/O libraries stay in the files named for them, and start-up is light."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("plant", "identify", "monitor")
+
+# library -> the files that may import it (names say that they are the edge)
+EDGES = {
+    "zenoh": {
+        "plant/zenoh_session.py",
+        "plant/publisher.py",
+        "monitor/intake_zenoh.py",
+        "monitor/publish_zenoh.py",
+        "monitor/query_zenoh.py",
+    },
+    "sqlalchemy": {
+        "monitor/models.py",
+        "monitor/database.py",
+        "monitor/schema.py",
+        "monitor/store.py",
+        "monitor/queries.py",
+    },
+    "alembic": {"monitor/schema.py", "monitor/database.py"},
+    "can": set(),
+    "cantools": set(),
+}
+
+
+def sources():
+    return [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def imported_packages(path: Path) -> set[str]:
+    """Top names imported anywhere in the file, also inside functions; not those for type checking alone."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    only_types = {
+        id(node)
+        for block in ast.walk(tree)
+        if isinstance(block, ast.If) and "TYPE_CHECKING" in ast.unparse(block.test)
+        for node in ast.walk(block)
+    }
+    names = set()
+    for node in ast.walk(tree):
+        if id(node) in only_types:
+            continue
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module.split(".")[0])
+    return names
+
+
+@pytest.mark.parametrize("library", sorted(EDGES))
+def test_only_edge_files_import(library):
+    allowed = EDGES[library]
+    users = {str(path.relative_to(ROOT)) for path in sources() if library in imported_packages(path)}
+    strangers = {user for user in users - allowed if not user.startswith("monitor/migrations/")}
+    assert not strangers, f"{library} is imported outside its edge files"
+
+
+@pytest.mark.parametrize(("package", "forbidden"), [("plant", {"identify", "monitor"}), ("identify", {"monitor"})])
+def test_imports_flow_one_way(package, forbidden):
+    found = {
+        (str(path.relative_to(ROOT)), name)
+        for path in sources()
+        if path.is_relative_to(ROOT / package)
+        for name in imported_packages(path) & forbidden
+    }
+    assert not found
+
+
+def test_every_dependency_is_used():
+    """pyproject's list is honest: what nothing imports is not installed."""
+    import re
+    import tomllib
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    import_names = {"eclipse-zenoh": "zenoh", "pydantic-settings": "pydantic_settings", "python-can": "can"}
+    used = set().union(*(imported_packages(path) for path in sources()))
+    listed = {re.match(r"[A-Za-z0-9._-]+", line).group().lower() for line in project["dependencies"]}
+    unused = {name for name in listed if import_names.get(name, name) not in used}
+    assert not unused
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["identify", "--help"], ["run", "--help"]])
+def test_help_starts_without_heavy_libraries(arguments):
+    """Help is there at once: no compiler, no transport, no database, no numerics is loaded for it."""
+    program = f"""
+import json, sys
+import monitor.cli
+try:
+    monitor.cli.main({arguments!r})
+except SystemExit as stop:
+    code = stop.code
+heavy = ["numba", "zenoh", "sqlalchemy", "scipy", "numpy", "pydantic_settings", "plotly", "structlog"]
+print(json.dumps([code, [name for name in heavy if name in sys.modules]]), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, timeout=60)
+    assert json.loads(done.stderr.splitlines()[-1]) == [0, []], done.stderr
+    assert done.stdout.strip()
+
+
+def test_import_contracts_of_the_linter_hold(tmp_path):
+    done = subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--cache-dir", tmp_path],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout
