@@ -9,8 +9,9 @@ from __future__ import annotations
 import dataclasses
 import datetime as dt
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -147,8 +148,11 @@ class Scenario:
         true = self._run(condition, friction, f"scenario {self.name}, burst {number}")
         rng = np.random.default_rng([self.seed, number])
         seen = self.sensors.apply(true, self.axis.mechanics.gain, self.axis.drive.rated_force, rng)
-        begin = self.bursts.start + dt.timedelta(seconds=time)
-        return Burst(number, time, unix_ns(begin), seen, friction, condition)
+        return Burst(number, time, self.begin_ns(number), seen, friction, condition)
+
+    def begin_ns(self, number: int) -> int:
+        """Unix time in UTC at which burst `number` begins. [ns]"""
+        return unix_ns(self.bursts.start + dt.timedelta(seconds=self.bursts.time(number)))
 
     def _run(self, condition: Condition, friction: StribeckFriction, source: str) -> Recording:
         """What truly happens in one burst, at the rate of the stream."""
@@ -199,3 +203,17 @@ def unix_ns(moment: dt.datetime) -> int:
     """`moment` as Unix time in UTC, exact to its microseconds. [ns]"""
     since = moment - dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
     return (since.days * 86400 + since.seconds) * NANOSECONDS + since.microseconds * 1000
+
+
+def join(bursts: Sequence[Burst]) -> Recording:
+    """Put several bursts into one recording: stamps count from the begin of the first, gaps stay gaps.
+
+    Raises:
+        ParameterError: no burst at all.
+    """
+    if not bursts:
+        raise ParameterError("bursts", 0, ">= 1", "bursts")
+    first = bursts[0].recording
+    columns = {name: np.concatenate([getattr(burst.recording, name) for burst in bursts]) for name in first.channels()}
+    columns["t"] = np.concatenate([(burst.time - bursts[0].time) + burst.recording.t for burst in bursts])
+    return dataclasses.replace(first, **columns)
