@@ -78,7 +78,7 @@ $(VENV)/.made:
 	if [ -n "$$old" ]; then \
 	  echo "make setup: $$old lacks the venv module; install it (Debian, Ubuntu: apt install python3-venv)" >&2; \
 	else \
-	  echo "make setup: needs Python 3.11 or newer as python3 (or python3.11 ... python3.14) on PATH; found $$(python3 --version 2>&1 || echo none)" >&2; \
+	  echo "make setup: needs Python 3.11 or newer as python3 (or python3.11 ... python3.14) on PATH; found $$(command -v python3 >/dev/null && python3 --version 2>&1 || echo none)" >&2; \
 	fi; exit 1
 
 $(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt
