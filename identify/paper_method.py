@@ -54,10 +54,10 @@ def identify_as_in_the_paper(
 
     Args:
         recording: usable samples; only the longest run between gaps is used, for eq. (4) knows one run.
-        axis: its constants; the mass is taken as known, "which is a very strong hypothesis" in the paper's own judgement.
+        axis: its constants; the mass is taken as known, a strong hypothesis by the paper's own judgement (§5).
         seed: of the search, which it repeats bit by bit.
         settings: default the design of §4.4 with 200 generations.
-        bounds: lowest and highest F_c, F_s [N], v_s [m/s], F_v [N·s/m]; default wide ones from the sizes in the recording.
+        bounds: lowest and highest F_c, F_s [N], v_s [m/s], F_v [N·s/m]; default from the sizes in the recording.
         preprocess: filter and centre as in §5; False for noise-free simulations as in §4.
     """
     samples = _longest_run(prepare(recording, axis))

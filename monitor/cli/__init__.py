@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from monitor.cli.app import app, main
 from monitor.cli.check_config import check_config_command
+from monitor.cli.identify import identify_command
 
 app.command("check-config")(check_config_command)
+app.command("identify")(identify_command)
 
 __all__ = ["app", "main"]
