@@ -9,24 +9,13 @@ from monitor.cli.environment import prepare_environment
 
 
 def warm() -> float:
-    """Run each compiled kernel once on a few samples; gives the seconds it took."""
+    """Simulate one burst of a machine and identify its friction, as the daemon will; gives the seconds it took."""
     started = time.perf_counter()
-    import numpy as np
+    from identify.identification import identify_friction
+    from plant.scenario_file import read_scenario
 
-    from plant.kernels.population import march
-
-    samples, candidates = 8, 4
-    law = np.full((6, candidates), 0.5)
-    march(
-        np.zeros(samples),
-        np.full(samples - 1, 0.01),
-        2,
-        False,
-        law,
-        np.zeros(candidates),
-        np.zeros(candidates),
-        np.empty((samples, candidates)),
-    )
+    machine = read_scenario("wear")
+    identify_friction(machine.burst(0).recording, machine.axis)
     return time.perf_counter() - started
 
 
