@@ -1,8 +1,8 @@
 """From estimates to findings: has this axis' friction changed, and what does the change look like? Pure.
 
 Every non-overlapping informative window takes one step of a two-sided CUSUM per indicator (`baseline.py`), against a
-baseline learned from the axis' first windows, with thresholds from the false-alarm rate (`cusum.py`). A change is then
-told apart by its shape over speed: constant = wear, growing or falling with speed = lubrication, sudden and large = jam.
+baseline learned from the axis' first windows, with thresholds from the false-alarm rate (`cusum.py`). A change is
+told apart by its shape over speed: constant = wear, growing or falling with speed = lubrication, sudden and big = jam.
 Windows that are not informative change nothing.
 """
 
@@ -48,6 +48,11 @@ class DriftRule:
     false_alarms_per_year: float = 1.0
     bad_windows: int = 3
     force_unit: str = "N"
+
+    @property
+    def speed_unit(self) -> str:
+        """m/s, or rad/s on a rotary axis."""
+        return "rad/s" if self.force_unit == "N*m" else "m/s"
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +177,12 @@ def _judge_jam(
     if before is None:
         return dataclasses.replace(state, recent=(*state.recent, middle)[-RECENT:]), Finding(Kind.JAM, False)
     evidence = {"before": before, "now": middle, "relative": middle / before - 1 if before else None, "deviation": z}
-    return state, Finding(Kind.JAM, True, {**evidence, "speed": baseline.speeds[len(baseline.speeds) // 2]})
+    where = {
+        "speed": baseline.speeds[len(baseline.speeds) // 2],
+        "speed_unit": rule.speed_unit,
+        "unit": rule.force_unit,
+    }
+    return state, Finding(Kind.JAM, True, {**evidence, **where})
 
 
 def _add(state: DriftState, baseline: Baseline, z: Floats, values: Floats, start_ns: int) -> DriftState:
@@ -243,6 +253,7 @@ def _classify(
         "relative": float(change[len(v) // 2] / normal[len(v) // 2]),
         "relative_ci95": ((change + np.outer([-1, 1], error)) / normal)[:, len(v) // 2].tolist(),
         "unit": rule.force_unit,
+        "speed_unit": rule.speed_unit,
         "score": wear if kind is Kind.WEAR else 1 - wear,
         "rivals": {"wear": wear, "lubrication": 1 - wear},
         "shape": max(plain, key=lambda name: plain[name]),

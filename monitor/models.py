@@ -50,7 +50,6 @@ class AxisRow(Base):
     listed: Mapped[bool] = mapped_column(comment="false: it streams, but the configuration does not list it")
     force_unit: Mapped[str] = mapped_column(default="N")
     position_unit: Mapped[str] = mapped_column(default="m")
-    first_ns: Mapped[int | None] = mapped_column(comment="first sample, ns")
     last_ns: Mapped[int | None] = mapped_column(comment="latest sample, ns")
     samples: Mapped[int] = mapped_column(default=0, comment="received, 1")
     missing: Mapped[int] = mapped_column(default=0, comment="known to be missing, 1")

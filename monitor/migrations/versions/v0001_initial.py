@@ -27,7 +27,6 @@ def upgrade() -> None:
         ),
         sa.Column("force_unit", sa.String(), nullable=False),
         sa.Column("position_unit", sa.String(), nullable=False),
-        sa.Column("first_ns", sa.BigInteger(), nullable=True, comment="first sample, ns"),
         sa.Column("last_ns", sa.BigInteger(), nullable=True, comment="latest sample, ns"),
         sa.Column("samples", sa.BigInteger(), nullable=False, comment="received, 1"),
         sa.Column("missing", sa.BigInteger(), nullable=False, comment="known to be missing, 1"),

@@ -1,0 +1,148 @@
+"""One window in, its estimate out: what a worker process runs. Pure but for the stopwatch."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from identify.identification import identify_friction
+from identify.result import IdentificationResult
+from monitor.estimate import Curve, Estimate, Parameter
+from monitor.windows import Samples, Window
+from plant.axis import Axis
+from plant.recording import Floats, Recording
+
+GRID_PER_DECADE = 8  # speeds 10^(k/8), the same for every window of every axis
+SLOWEST = 0.1  # of the fastest speed of a window; below, its curve is mostly extrapolated
+SOFTWARE = version("tribowatch")
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One window to identify.
+
+    Attributes:
+        row: its row in the history.
+        axis: without its recordings, which do not travel between processes.
+        window: which samples, and when.
+        samples: raw, as the machine sent them.
+        seed: of the search.
+        method: of `identify_friction`.
+    """
+
+    row: int
+    axis: Axis
+    window: Window
+    samples: Samples
+    seed: int
+    method: str
+
+
+def recording_of(samples: Samples, axis: Axis) -> Recording:
+    """The window as a recording: time from its first sample [s], force at the belt [N or N·m]."""
+    return Recording(
+        t=(samples.t_ns - samples.t_ns[0]) / 1e9,
+        force=samples.drive * (1.0 if samples.is_force else axis.mechanics.gain),
+        position=samples.position,
+        velocity=samples.velocity,
+        temperature=samples.temperature,
+        load=samples.load,
+        sample_time=axis.stream.sample_time,
+        hold=axis.stream.hold,
+        source=f"stream of {axis.name}",
+    )
+
+
+def identify_window(job: Job) -> Estimate:
+    """Identify `job`; an exception of ours becomes the verdict bad_data, since it would come again."""
+    started = time.perf_counter()
+    recording = recording_of(job.samples, job.axis)
+    try:
+        answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method)
+    except Exception as error:
+        return crashed(job, f"{type(error).__name__}: {error}")
+    curve = _curve(answer)
+    return Estimate(
+        window=job.window,
+        verdict=answer.verdict.value,
+        reason=answer.reason,
+        method=answer.method,
+        seed=answer.seed,
+        software=SOFTWARE,
+        data_sha256=recording.sha256(),
+        result=finite(answer.to_dict()),
+        criterion=_number(answer.criterion),
+        held_out_criterion=_number(answer.held_out_criterion),
+        evaluations=answer.evaluations,
+        seconds=time.perf_counter() - started,
+        parameters=_parameters(answer),
+        curve=curve,
+        conditions=_conditions(recording),
+    )
+
+
+def crashed(job: Job, reason: str) -> Estimate:
+    """The answer to a window that could not be identified through no fault of its own."""
+    text = f"identification crashed: {reason}"
+    result = {"verdict": "bad_data", "reason": text, "axis": job.axis.name, "parameters": {}}
+    sha = recording_of(job.samples, job.axis).sha256()
+    return Estimate(job.window, "bad_data", text, job.method, job.seed, SOFTWARE, sha, result)
+
+
+def _parameters(answer: IdentificationResult) -> tuple[Parameter, ...]:
+    found = []
+    for one in answer.parameters.values():
+        low, high = (_number(one.ci95[0]), _number(one.ci95[1])) if one.ci95 else (None, None)
+        if math.isfinite(one.value):
+            found.append(Parameter(one.name, float(one.value), one.unit, low, high, one.identifiable, one.at_bound))
+    return tuple(found)
+
+
+def _curve(answer: IdentificationResult) -> Curve | None:
+    """F(v) on the common grid, over the speeds this window visited."""
+    if answer.curve is None or not answer.curve.fastest > 0:
+        return None
+    top = math.log10(answer.curve.fastest) * GRID_PER_DECADE
+    first = math.ceil(top + math.log10(SLOWEST) * GRID_PER_DECADE - 1e-9)
+    speeds: Floats = 10.0 ** (np.arange(first, math.floor(top + 1e-9) + 1) / GRID_PER_DECADE)
+    values, half = answer.curve_at(speeds)
+    if not (np.isfinite(values).all() and np.isfinite(half).all()):
+        return None
+    low, high = (values - half).tolist(), (values + half).tolist()
+    return Curve(tuple(speeds.tolist()), tuple(values.tolist()), tuple(low), tuple(high))
+
+
+def _conditions(recording: Recording) -> dict[str, float]:
+    """Where the axis was working: what later corrections for the operating point need."""
+    position, t = recording.position, recording.t
+    numbers = {
+        "travel": float(np.nanmax(position) - np.nanmin(position)) if np.isfinite(position).any() else math.nan,
+        "mean_speed": float(np.nansum(np.abs(np.diff(position))) / max(t[-1] - t[0], 1e-9)),
+        "temperature": _mean(recording.temperature),
+        "load": _mean(recording.load),
+    }
+    return {name: value for name, value in numbers.items() if math.isfinite(value)}
+
+
+def _mean(values: Floats | None) -> float:
+    return float(np.nanmean(values)) if values is not None and np.isfinite(values).any() else math.nan
+
+
+def _number(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def finite(value: Any) -> Any:
+    """`value` as JSON can hold it: numbers that are not finite become null, numpy scalars plain."""
+    if isinstance(value, dict):
+        return {str(key): finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(one) for one in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
