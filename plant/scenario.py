@@ -214,6 +214,8 @@ def join(bursts: Sequence[Burst]) -> Recording:
     if not bursts:
         raise ParameterError("bursts", 0, ">= 1", "bursts")
     first = bursts[0].recording
-    columns = {name: np.concatenate([getattr(burst.recording, name) for burst in bursts]) for name in first.channels()}
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(burst.recording, name) for burst in bursts]) for name in first.channels()
+    }
     columns["t"] = np.concatenate([(burst.time - bursts[0].time) + burst.recording.t for burst in bursts])
     return dataclasses.replace(first, **columns)

@@ -22,7 +22,15 @@ BLOCK_SAMPLES = 500  # 5 s at 100 Hz: a burst of the paper in four blocks of 12 
 
 
 class BlockSink(Protocol):
-    """Where blocks go: a `SamplePublisher`, or a list's append in a test."""
+    """Where blocks go: a `SamplePublisher`, or a list in a test.
+
+    Attributes:
+        epoch: of the stream.
+        next_seq: index of the next sample in the epoch.
+    """
+
+    epoch: int
+    next_seq: int
 
     def put(self, block: Block) -> object:
         """Send one block."""
@@ -85,7 +93,6 @@ def publish_scenario(
     speed: float | None = None,
     first: int = 0,
     last: int | None = None,
-    epoch: int | None = None,
     stop: threading.Event | None = None,
     on_burst: Callable[[Burst], None] | None = None,
 ) -> Published:
@@ -93,13 +100,12 @@ def publish_scenario(
 
     Args:
         scenario: what happens.
-        sink: takes the blocks.
+        sink: takes the blocks; samples are numbered on from its `next_seq`.
         speed: event seconds per second of wall clock; None sends as fast as the sink takes. > 0
         first: number of the first burst.
         last: number after the last burst; None goes on to the end.
-        epoch: of the stream; None takes the Unix time, so that it grows with every start. [s]
         stop: set by others to end early, after the block on its way.
-        on_burst: called after each burst.
+        on_burst: called after each burst, which may wait until the receiver has caught up.
 
     Raises:
         ParameterError: speed not above 0.
@@ -107,21 +113,20 @@ def publish_scenario(
     if speed is not None and not speed > 0:
         raise ParameterError("speed", speed, "> 0", "event seconds per second")
     stop = stop or threading.Event()
-    epoch = int(time.time()) if epoch is None else epoch
     name, gain = scenario.axis.name, scenario.axis.mechanics.gain
     begin, bursts, blocks, samples = time.monotonic(), 0, 0, 0
+    seq = sink.next_seq
     origin = scenario.begin_ns(first)
     for number in range(first, len(scenario) if last is None else min(last, len(scenario))):
         burst = scenario.burst(number)
-        sent = 0
-        for block in burst_blocks(burst, name, gain, epoch, samples):
+        for block in burst_blocks(burst, name, gain, sink.epoch, seq + samples):
             due = 0.0 if speed is None else (int(block.t_ns[-1]) - origin) / NANOSECONDS / speed
             if stop.wait(max(0.0, begin + due - time.monotonic())):
-                return Published(bursts, blocks, samples + sent, epoch, time.monotonic() - begin, True)
+                return Published(bursts, blocks, samples, sink.epoch, time.monotonic() - begin, True)
             sink.put(block)
             blocks += 1
-            sent += len(block)
-        bursts, samples = bursts + 1, samples + sent
+            samples += len(block)
+        bursts += 1
         if on_burst:
             on_burst(burst)
-    return Published(bursts, blocks, samples, epoch, time.monotonic() - begin, False)
+    return Published(bursts, blocks, samples, sink.epoch, time.monotonic() - begin, False)

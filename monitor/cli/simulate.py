@@ -17,11 +17,14 @@ from monitor.cli.options import AsJson
 from plant.errors import InputError
 
 if TYPE_CHECKING:
+    from plant.acknowledgement import Acknowledgements
     from plant.scenario import Burst, Scenario
 
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 DEFAULT_PACE = 5.0  # bursts per second when publishing: half a year at two bursts a day in 72 s
-PUBLISHER_NAME = "simulator"
+LEASH = 100_000  # samples on their way unacknowledged: less than the publisher's cache, so that none is lost
+STALL = 5.0  # s without news, after which nobody is waited for
+ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
 
 
 def simulate_command(
@@ -33,7 +36,10 @@ def simulate_command(
         Path | None, typer.Option(help="Write a recording: .csv, .csv.gz, .parquet, .mat.", show_default=False)
     ] = None,
     publish: Annotated[bool, typer.Option("--publish", help="Publish the stream on Zenoh instead.")] = False,
-    connect: Annotated[list[str] | None, typer.Option(help="Zenoh endpoint; may be repeated.")] = None,
+    connect: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
+    ] = None,
     site: Annotated[str, typer.Option(help="Site in the key of the stream.")] = "plant-1",
     prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
     speed: Annotated[
@@ -76,7 +82,9 @@ def simulate_command(
     if out is not None:
         result = _write(machine, chosen, out)
     else:
-        result = _publish(machine, chosen, _speed(machine, speed, bursts_per_second), connect or [], site, prefix)
+        result = _publish(
+            machine, chosen, _speed(machine, speed, bursts_per_second), connect or [ENDPOINT], site, prefix
+        )
     _show(machine, chosen, result, as_json)
 
 
@@ -163,25 +171,46 @@ def _publish(
     machine: Scenario, chosen: range, speed: float, connect: list[str], site: str, prefix: str
 ) -> dict[str, Any]:
     """Send the bursts to a Zenoh session."""
+    from plant.acknowledgement import Acknowledgements
     from plant.keys import samples_key
     from plant.publisher import SamplePublisher
     from plant.simulator import publish_scenario
     from plant.zenoh_session import open_session
 
-    key = samples_key(site, machine.axis.name, prefix)
+    key, name = samples_key(site, machine.axis.name, prefix), machine.axis.name
     with (
-        open_session("client" if connect else "peer", connect=tuple(connect)) as session,
-        SamplePublisher(session, site, machine.axis.name, prefix=prefix) as sink,
+        open_session("client", connect=tuple(connect)) as session,
+        SamplePublisher(session, site, name, prefix=prefix) as sink,
+        Acknowledgements(session, site, name, sink.epoch, prefix) as acknowledgements,
         _progress(len(chosen), f"publishing {key}") as step,
     ):
-        sent = publish_scenario(
-            machine, sink, speed=speed, first=chosen.start, last=chosen.stop, on_burst=lambda burst: void(step(burst))
-        )
-    return {"key": key, "speed": speed, **dataclasses.asdict(sent)}
+        receiver = _Receiver(acknowledgements)
+
+        def after(burst: Burst) -> None:
+            step(burst)
+            receiver.wait(sink.next_seq - LEASH)
+
+        sent = publish_scenario(machine, sink, speed=speed, first=chosen.start, last=chosen.stop, on_burst=after)
+        committed = receiver.wait(sink.next_seq - 1)
+    return {"key": key, "speed": speed, **dataclasses.asdict(sent), "committed_seq": committed}
 
 
-def void(_: object) -> None:
-    """Forget a value: a callback returns nothing."""
+class _Receiver:
+    """Whoever acknowledges the stream; one that has been silent for `STALL` is not waited for again until it speaks."""
+
+    def __init__(self, acknowledgements: Acknowledgements) -> None:
+        self._acknowledgements = acknowledgements
+        self._silent_at: int | None = None
+
+    def wait(self, seq: int) -> int:
+        """Wait until sample `seq` is committed or the receiver falls silent; return what is committed."""
+        committed = self._acknowledgements.committed
+        while committed < seq and committed != self._silent_at:
+            news = self._acknowledgements.wait_beyond(committed, STALL)
+            if news == committed:
+                self._silent_at = committed
+            committed = news
+        return committed
 
 
 @contextmanager
