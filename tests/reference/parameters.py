@@ -35,7 +35,7 @@ class ReferencePlant:
         coulomb_force, static_force, stribeck_velocity, viscous_coefficient: eq. (1) with |v|.
         effects: name of effects.md -> its parameters under the names there (see `EFFECTS`).
         foreign: name -> parameters of physics outside the catalogue (see `FOREIGN`).
-        M, J, Rc, Rm, force_per_torque, g, orientation: as in the axis file; J/Rc^2 is the motor side. Rotary: J only.
+        shapes: other functional forms of catalogue effects (see `SHAPES`); empty = effects.md to the letter.
     """
 
     M: float = 20.0
