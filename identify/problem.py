@@ -20,7 +20,8 @@ from plant.axis import Axis
 
 Floats = NDArray[np.float64]
 
-LONGEST_SUBSTEP = 0.005  # s: 40 um over a free run of 20 s, far less in one-second runs
+LONGEST_SUBSTEP = 0.005  # s: 40 um over a free run of 20 s, far less in one-second runs; good enough to search
+FINEST_SUBSTEP = 0.001  # s: 1 um over a free run of 20 s; the last polish and the intervals use it
 OFFSET_PRIOR = 0.01  # of rated force, where mass and gravity are known (design.md, baseline model)
 DIFFERENCE = 1e-5  # of a scaled unknown: sqrt of the rounding of a one-step error
 LANES = 8  # candidates are padded to whole vectors
@@ -57,17 +58,33 @@ class FrictionProblem:
     """
 
     def __init__(
-        self, samples: Samples, axis: Axis, *, scales: Scales | None = None, first_state: Floats | None = None
+        self,
+        samples: Samples,
+        axis: Axis,
+        *,
+        scales: Scales | None = None,
+        first_state: Floats | None = None,
+        longest_substep: float = LONGEST_SUBSTEP,
     ) -> None:
-        """Measure scales and first states (runs, 2) once, unless they are given."""
+        """Measure scales and first states (runs, 2) once, unless they are given; `longest_substep` in s."""
         self.samples, self.axis = samples, axis
         self.scales = scales_of(samples, axis) if scales is None else scales
         self._first_state = first_state
         self.estimates_mass = not axis.mechanics.inertia_known
         self.p = 6 if self.estimates_mass else 5
-        self.substeps = max(1, int(np.ceil(samples.sample_time / LONGEST_SUBSTEP - 1e-9)))
+        self.substeps = max(1, int(np.ceil(samples.sample_time / longest_substep - 1e-9)))
         self._state: Floats = np.empty((3, 0))
         self._error: Floats = np.empty((0, 0))
+
+    def refined(self, longest_substep: float = FINEST_SUBSTEP) -> FrictionProblem:
+        """The same problem marched in finer steps: dearer, and right to the micrometre."""
+        return FrictionProblem(
+            self.samples,
+            self.axis,
+            scales=self.scales,
+            first_state=self._first_state,
+            longest_substep=longest_substep,
+        )
 
     @property
     def size(self) -> int:
