@@ -19,7 +19,7 @@ FIELDS = [
     "spring_rest", "spring_cubic", "scale", "lag", "lag_order", "delay", "limit", "limit_knee", "dwell",
     "dwell_time", "dwell_shape", "dwell_slip", "rest_speed", "stop", "stop_stiffness", "stop_side", "stop_power",
     "step", "step_time", "step_ramp", "step_both", "root_drag", "memory", "cable", "cable_travel", "shear",
-    "shear_speed",
+    "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way",
 ]
 # fmt: on
 RECORD = np.dtype([(name, np.float64) for name in FIELDS])
@@ -111,6 +111,7 @@ def _constants(plant: ReferencePlant) -> dict[str, float]:
         "limit": math.inf, "bump_width": 1.0, "drop_time": 1.0, "dwell_time": 1.0, "dwell_slip": 1e-3,
         "rest_speed": 1e-3 * plant.stribeck_velocity, "stop_side": 1.0, "stop_power": 1.0, "drag_power": 2.0,
         "lag_order": 1.0, "ripple_wave": 1.0, "eccentricity_wave": 1.0, "cable_travel": 1.0, "shear_speed": 1.0,
+        "dent_width": 1.0,
     }  # fmt: skip
 
 
@@ -216,6 +217,18 @@ FOREIGN = {
     "shear_thinning": (
         {"coefficient": _NAN, "speed": _NAN},
         lambda e, _: {"shear": e["coefficient"], "shear_speed": e["speed"]},
+    ),
+    "detent": (  # even, local in position: a magnet, a bent rail; potential A exp(-u^2/2)
+        {"force": _NAN, "centre": _NAN, "width": _NAN},
+        lambda e, _: {"dent": e["force"], "dent_centre": e["centre"], "dent_width": e["width"]},
+    ),
+    "level_ripple": (  # odd, periodic in position: recirculating balls; factor 1 + a cos(2 pi y / period)
+        {"relative_amplitude": _NAN, "period": _NAN},
+        lambda e, _: {"level_ripple": e["relative_amplitude"], "level_ripple_wave": _TURN / e["period"]},
+    ),
+    "one_way_friction": (  # more dry friction upwards only while sliding fast: a scraper that lifts off
+        {"force": _NAN},
+        lambda e, _: {"one_way": e["force"]},
     ),
 }
 

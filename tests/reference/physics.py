@@ -85,6 +85,10 @@ def dry_level(p, t, x, s, speed, carried, w):
         u = p.level_slope * (x[Y] - p.level_middle)
         level *= max(0.0, 1.0 + (0.5 * math.tanh(2.0 * u) if p.level_shape > 0.0 else u))
     level *= 1.0 + p.dry_asymmetry * s
+    if p.level_ripple != 0.0:
+        level *= 1.0 + p.level_ripple * math.cos(p.level_ripple_wave * x[Y])
+    if s > 0.0:
+        level += p.one_way * (1.0 - math.exp(-speed / p.stribeck))
     if p.load_friction != 0.0:
         knee = p.load_friction_knee * p.coulomb
         level += p.load_friction * (math.sqrt(carried * carried + knee * knee) - knee)
@@ -130,6 +134,9 @@ def resisting_force(p, t, x, w):
         if u > 0.0:
             depth = u if p.stop_power == 1.0 else u * math.sqrt(u / 1e-3)
             force += p.stop_side * p.stop_stiffness * depth
+    if p.dent != 0.0:
+        u = (x[Y] - p.dent_centre) / p.dent_width
+        force += p.dent * u * math.exp(0.5 - 0.5 * u * u)
     return force + p.cable * x[CABLE]
 
 
