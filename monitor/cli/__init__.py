@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from monitor.cli.alerts import alerts_command
 from monitor.cli.app import app, main
+from monitor.cli.axes import axes_app
 from monitor.cli.check_config import check_config_command
+from monitor.cli.doctor import doctor_command
+from monitor.cli.history import history_command
 from monitor.cli.identify import identify_command
 from monitor.cli.simulate import simulate_command
 
 app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
+app.command("history")(history_command)
+app.command("alerts")(alerts_command)
+app.add_typer(axes_app)
 app.command("check-config")(check_config_command)
+app.command("doctor")(doctor_command)
 
 __all__ = ["app", "main"]

@@ -11,6 +11,7 @@ from plant.errors import InputError
 
 if TYPE_CHECKING:
     from monitor.config import Config
+    from monitor.queries import Reader
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else there.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Print CSV on stdout, units in the header.")]
@@ -27,15 +28,22 @@ StateDir = Annotated[
 ]
 
 
-def database_url(config_file: Path | None, state_dir: Path | None) -> str:
-    """URL of the history to read: --state-dir, else what --config says, else `var`.
+def open_history(config_file: Path | None, state_dir: Path | None) -> Reader:
+    """The history to read: of --state-dir, else of what --config says, else of the folder `var`. Close it.
 
     Raises:
         ConfigError: the configuration cannot be used.
+        DatabaseError: no history there, or it cannot be read.
     """
+    from monitor.errors import DatabaseError
+    from monitor.queries import Reader
+
     if state_dir is None and config_file is not None:
-        return read_configuration(config_file).database_url
-    return f"sqlite:///{(state_dir or Path('var')).resolve() / 'tribowatch.db'}"
+        return Reader(read_configuration(config_file).database_url)
+    path = (state_dir or Path("var")).resolve() / "tribowatch.db"
+    if not path.exists():
+        raise DatabaseError(f"{path}: no history here; say where the daemon keeps it: --state-dir DIR or --config FILE")
+    return Reader(f"sqlite:///{path}")
 
 
 def read_configuration(path: Path) -> Config:

@@ -16,6 +16,8 @@ EDGES = {
     "zenoh": {
         "plant/zenoh_session.py",
         "plant/publisher.py",
+        "plant/acknowledgement.py",
+        "plant/replay.py",
         "monitor/intake_zenoh.py",
         "monitor/publish_zenoh.py",
         "monitor/query_zenoh.py",

@@ -1,0 +1,96 @@
+"""`tribowatch alerts`: what deserves attention, why, and what to do; `--watch` follows every change."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from monitor.queries import Reader
+
+POLL = 0.5  # s between two looks at the audit
+STYLES = {"high": "bold red", "medium": "bold yellow", "low": "bold cyan"}
+
+
+def alerts_command(
+    axis: Annotated[str | None, typer.Argument(help="Only of this axis.", show_default=False)] = None,
+    active: Annotated[bool, typer.Option("--active", help="Only those that are not back to normal.")] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Stay, and print every change of state (with --json, one object a line).")
+    ] = False,
+    config: ConfigFile = None,
+    state_dir: StateDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the alerts, newest first, each with its evidence, likely cause and recommended action."""
+    with open_history(config, state_dir) as reader:
+        if watch:
+            _watch(reader, axis, as_json)
+        found = reader.alerts(axis, active=active)
+        if as_json:
+            from monitor.cli.output import emit_json
+
+            emit_json({"axis": axis, "alerts": found, "transitions": reader.transitions(axis)})
+            return
+    _show(found)
+
+
+def _watch(reader: Reader, axis: str | None, as_json: bool) -> None:
+    """Print transitions as they are stored; ends with ^C only."""
+    from monitor.cli.output import emit_json, note, screen
+
+    latest = reader.transitions(axis, limit=1)
+    number = latest[-1]["number"] if latest else 0
+    note("waiting for changes; stop with ^C")
+    while True:
+        for change in reader.transitions(axis, after=number):
+            number = change["number"]
+            if as_json:
+                emit_json(change)
+            else:
+                moved = change["transition"]
+                author = f" by {moved['author']}" if moved["author"] else ""
+                line = f"{moved['at'][:19]}Z  {change['axis']}  {change['kind']}"
+                screen().print(f"{line}: {moved['before']} -> {moved['after']}{author}")
+                if moved["after"] == "unacknowledged":
+                    screen().print(describe(change["alert"]))
+        time.sleep(POLL)
+
+
+def _show(found: list[dict[str, Any]]) -> None:
+    """Print alerts for people."""
+    from monitor.cli.output import screen
+
+    out = screen()
+    if not found:
+        out.print("No alerts.")
+    for alert in found:
+        out.print(describe(alert))
+        out.print()
+
+
+def describe(alert: dict[str, Any]) -> RenderableType:
+    """One alert as a person reads it: what and since when, evidence, cause, action."""
+    from rich.text import Text
+
+    style = STYLES.get(alert["priority"], "bold")
+    head = f"{alert['kind'].replace('_', ' ').upper()}  {alert['axis']}"
+    rest = f"  {alert['state'].replace('_', ' ')}, priority {alert['priority']}, since {alert['since'][:19]}Z\n"
+    return Text.assemble(
+        (head, style),
+        rest,
+        ("  evidence      ", "dim"),
+        f"{alert['text']}\n",
+        ("  likely cause  ", "dim"),
+        f"{alert['likely_cause']}\n",
+        ("  do            ", "dim"),
+        f"{alert['recommended_action']}\n",
+        ("  otherwise     ", "dim"),
+        f"{alert['consequence']}",
+    )

@@ -1,0 +1,168 @@
+"""The two processes of the demo: a daemon with a configuration of its own, and a simulated machine. Does I/O.
+
+Both are on a leash (`monitor/leash.py`): when this process ends, in whatever way, they end too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import socket
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from monitor.leash import start_leashed, stop_leashed
+from plant.axis_file import write_axis
+from plant.errors import InputError, ReachError
+from plant.scenario_file import read_scenario
+
+SITE = "demo"
+CONFIG, MARK, PREVIOUS, DATABASE = "tribowatch.toml", ".tribowatch-demo", "previous", "tribowatch.db"
+TAIL = 3  # lines of a log that say why a process ended
+
+
+@dataclass(frozen=True, slots=True)
+class DemoSettings:
+    """What the demo runs.
+
+    Attributes:
+        folder: configuration, database and logs.
+        scenario: name or file.
+        seed: of the scenario's chance.
+        bursts_per_second: pace of the time-lapse; the machine records twice a day. [1/s]
+    """
+
+    folder: Path
+    scenario: str
+    seed: int
+    bursts_per_second: float
+
+
+class Child:
+    """A leashed `tribowatch` command with its log; ended on leaving."""
+
+    def __init__(self, name: str, arguments: list[str], folder: Path) -> None:
+        """Start it."""
+        self.name, self.log = name, folder / f"{name}.log"
+        with self.log.open("wb") as log:
+            self._process = self._start(arguments, log, folder)
+
+    @staticmethod
+    def _start(arguments: list[str], log: IO[bytes], folder: Path) -> subprocess.Popen[bytes]:
+        return start_leashed(arguments, log, folder)
+
+    @property
+    def ended(self) -> int | None:
+        """Exit code, None while it runs."""
+        return self._process.poll()
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def stop(self) -> int:
+        """End it and wait."""
+        return stop_leashed(self._process)
+
+    def check(self) -> None:
+        """Complain if it has ended with an error.
+
+        Raises:
+            ReachError: with the last words of its log.
+        """
+        if self.ended not in (None, 0):
+            lines = self.log.read_text(errors="replace").strip().splitlines()[-TAIL:]
+            said = " / ".join(lines) or "it said nothing"
+            raise ReachError(f"the {self.name} of the demo ended with code {self.ended}: {said} (log: {self.log})")
+
+
+def prepare_folder(settings: DemoSettings, port: int) -> Path:
+    """Write axis file and configuration; an earlier demo's history moves to `previous/`. Gives the configuration.
+
+    Raises:
+        InputError: the folder cannot be written, or holds a history that is not a demo's.
+    """
+    folder = settings.folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if (folder / DATABASE).exists() and not (folder / MARK).exists():
+            raise InputError(f"{folder} holds the history of a real daemon; give the demo another --state-dir")
+        (folder / MARK).write_text("made by tribowatch demo; may be deleted\n", encoding="utf-8")
+        _set_aside(folder)
+        axis = read_scenario(settings.scenario).axis
+        write_axis(axis, folder / f"{axis.name}.toml")
+        config = folder / CONFIG
+        config.write_text(_configuration(axis.name, port, settings.seed), encoding="utf-8")
+    except OSError as error:
+        where = error.filename or folder
+        raise InputError(f"{where}: cannot be written ({error.strerror}); give the demo another --state-dir") from None
+    return config
+
+
+def free_port() -> int:
+    """A TCP port of the loopback interface that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def endpoint(port: int) -> str:
+    """Where the daemon of the demo listens."""
+    return f"tcp/127.0.0.1:{port}"
+
+
+@contextlib.contextmanager
+def daemon(config: Path) -> Iterator[Child]:
+    """The daemon, ended on leaving."""
+    with _running(Child("daemon", ["run", "--config", config.name], config.parent)) as child:
+        yield child
+
+
+@contextlib.contextmanager
+def machine(settings: DemoSettings, port: int) -> Iterator[Child]:
+    """The simulated machine that publishes the scenario, ended on leaving."""
+    scenario = settings.scenario
+    path = Path(scenario).resolve()
+    arguments = ["simulate", "--publish", "--scenario", str(path) if path.is_file() else scenario]
+    arguments += ["--connect", endpoint(port), "--site", SITE, "--seed", str(settings.seed)]
+    arguments += ["--bursts-per-second", f"{settings.bursts_per_second:g}"]
+    with _running(Child("machine", arguments, settings.folder)) as child:
+        yield child
+
+
+@contextlib.contextmanager
+def _running(child: Child) -> Iterator[Child]:
+    try:
+        yield child
+    finally:
+        child.stop()
+
+
+def _set_aside(folder: Path) -> None:
+    """Move an earlier history out of the way: the scenario starts anew, and time does not run backwards."""
+    shutil.rmtree(folder / PREVIOUS, ignore_errors=True)
+    old = [path for path in folder.iterdir() if path.name.startswith(DATABASE) or path.suffix == ".log"]
+    if old:
+        (folder / PREVIOUS).mkdir()
+    for path in old:
+        path.rename(folder / PREVIOUS / path.name)
+
+
+def _configuration(axis: str, port: int, seed: int) -> str:
+    """What the daemon of the demo is told; everything else is default."""
+    return f"""\
+# written by tribowatch demo
+site = "{SITE}"
+state_dir = "."
+seed = {seed}
+
+[zenoh]
+listen = ["{endpoint(port)}"]
+
+[[axis]]
+file = "{axis}.toml"
+"""
