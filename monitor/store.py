@@ -17,7 +17,7 @@ from sqlalchemy import Connection, delete, insert, select, update
 from monitor.alarms import Alarm, State
 from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
-from monitor.estimate import Estimate
+from monitor.estimate import Estimate, Parameter
 from monitor.models import AlarmRow, AxisRow, BlockRow, EstimateRow, GapRow, ParameterRow, TransitionRow, WindowRow
 from monitor.schema import migrate
 from monitor.store_records import AlarmRecord, AxisRecord, Change
@@ -170,10 +170,10 @@ class Store:
         """Store an answer with everything it changed; return the ids of the transitions."""
         with self._write() as db:
             db.execute(insert(EstimateRow).values(_estimate_row(axis.id, window_row, estimate, indicators)))
-            if estimate.parameters:
-                common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
-                rows = [{**common, **dataclasses.asdict(one)} for one in estimate.parameters]
-                db.execute(insert(ParameterRow), rows)
+            common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
+            trended = (*estimate.parameters, *_as_parameters(indicators))
+            if trended:
+                db.execute(insert(ParameterRow), [{**common, **dataclasses.asdict(one)} for one in trended])
             db.execute(update(WindowRow).where(WindowRow.id == window_row).values(done=True))
             db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
             return self._save_alarms(db, axis.id, alarms, changes)
@@ -272,6 +272,13 @@ def _estimate_row(
         "curve": estimate.curve.to_dict() if estimate.curve else None,
         "drift": indicators,
     }
+
+
+def _as_parameters(indicators: list[dict[str, Any]]) -> tuple[Parameter, ...]:
+    """What is watched is trended too: `friction_at_mid_speed` and so on."""
+    return tuple(
+        Parameter(one["name"].replace(" ", "_").lower(), one["value"], one["unit"], *one["ci95"]) for one in indicators
+    )
 
 
 def _block_row(axis_id: int, part: Samples) -> dict[str, Any]:

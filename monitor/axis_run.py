@@ -1,0 +1,132 @@
+"""One axis in the daemon: its assembler, its windows on the way, its drift and its alarms. No I/O."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from monitor.config import Config
+from monitor.drift import DriftRule, DriftState
+from monitor.estimate import Estimate
+from monitor.store_records import AlarmRecord, AxisRecord
+from monitor.windows import Assembler, Outcome, Samples, Window, WindowRule
+from plant.axis import Axis
+from plant.wire import Block
+
+
+@dataclass(slots=True)
+class AxisRun:
+    """What the pipeline holds per axis.
+
+    Attributes:
+        record: what the database knows.
+        axis: its constants; None for an axis that is not listed.
+        assembler: settles its samples; None for an axis that is not listed.
+        rule: of its drift.
+        drift: state of its watch.
+        alarms: by kind.
+        waiting: (row, window) not yet given to a worker, in order.
+        order: rows of all windows without a stored answer, in order: answers are judged in this order.
+        answers: by row, those that came before their predecessors'.
+        outcome: what was settled since the last commit.
+        heard: monotonic time of the latest message. [s] None = not since the start
+        dirty: a counter changed since the last commit.
+    """
+
+    record: AxisRecord
+    axis: Axis | None = None
+    assembler: Assembler | None = None
+    rule: DriftRule = field(default_factory=DriftRule)
+    drift: DriftState = field(default_factory=DriftState)
+    alarms: dict[str, AlarmRecord] = field(default_factory=dict)
+    waiting: collections.deque[tuple[int, Window]] = field(default_factory=collections.deque)
+    order: collections.deque[int] = field(default_factory=collections.deque)
+    answers: dict[int, Estimate] = field(default_factory=dict)
+    outcome: Outcome = field(default_factory=Outcome)
+    heard: float | None = None
+    dirty: bool = False
+
+    @property
+    def committed(self) -> dict[str, int] | None:
+        """The acknowledgement: every sample of this epoch up to this number is stored, or reported as a gap."""
+        stream = self.record.stream
+        return {"epoch": stream.epoch, "seq": stream.next_seq - 1} if stream.next_seq > 0 else None
+
+    def reject(self, reason: str, count: int = 1) -> int:
+        """Count what was refused; return how much of it there was so far."""
+        if count:
+            self.record.rejected[reason] = self.record.rejected.get(reason, 0) + count
+            self.dirty = True
+        return self.record.rejected.get(reason, 0)
+
+    def add(self, out: Outcome) -> None:
+        """Collect what the assembler settled, for the next commit."""
+        self.outcome.accepted += out.accepted
+        self.outcome.gaps += out.gaps
+        self.outcome.windows += out.windows
+        for reason in ("duplicates", "late", "old_epoch"):
+            self.reject(reason, getattr(out, reason))
+
+    def close_batch(self) -> Outcome:
+        """Bring the record up to date with the batch; return the batch, for the store."""
+        assert self.assembler is not None
+        batch, self.outcome = self.outcome, Outcome()
+        record = self.record
+        record.samples += sum(len(part) for part in batch.accepted)
+        record.missing += sum(gap.missing for gap in batch.gaps)
+        record.stream = self.assembler.state
+        if record.stream.last_ns is not None:
+            record.last_ns = record.stream.last_ns
+        return batch
+
+
+def window_rule(axis: Axis, config: Config) -> WindowRule:
+    """Windows in raw samples: with `[analysis] sample_time`, a window covers that many times more of them."""
+    nominal, analysis = axis.stream.sample_time, axis.analysis_sample_time
+    ratio = max(1, round(analysis / nominal)) if nominal and analysis else 1
+    return WindowRule(
+        samples=config.window.samples * ratio,
+        hop=config.window.hop * ratio,
+        sample_time_ns=round(nominal * 1e9) if nominal else 0,
+        patience=config.intake.reorder_seconds,
+    )
+
+
+def drift_rule(axis: Axis, config: Config) -> DriftRule:
+    """The settings of the watch, for this axis."""
+    return DriftRule(
+        baseline_windows=config.drift.baseline_windows,
+        min_change=config.drift.min_change,
+        jam_rise=config.drift.jam_rise,
+        false_alarms_per_year=config.alarms.false_alarms_per_axis_year,
+        bad_windows=config.alarms.bad_windows,
+        force_unit=axis.force_unit,
+    )
+
+
+def samples_of(block: Block) -> Samples:
+    """A block of the stream as the assembler takes it."""
+    drive = block.torque if block.torque is not None else block.force
+    assert drive is not None  # the payload was checked
+    extra = {
+        name: np.asarray(values, dtype=np.float64)
+        for name in ("velocity", "temperature", "load")
+        if (values := getattr(block, name)) is not None
+    }
+    return Samples(
+        block.epoch,
+        block.seq,
+        block.t_ns,
+        np.asarray(drive, dtype=np.float64),
+        np.asarray(block.position, dtype=np.float64),
+        is_force=block.torque is None,
+        **extra,
+    )
+
+
+def travelling(axis: Axis) -> Axis:
+    """The axis as it goes to a worker: without its recordings, which cannot be pickled and are not needed."""
+    return dataclasses.replace(axis, recordings=())

@@ -1,0 +1,102 @@
+"""What the daemon says on its keys, as plain values for JSON. Pure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from monitor.axis_run import AxisRun
+from monitor.config import Config
+from monitor.estimate import Estimate
+from monitor.times import iso
+from plant.axis import Axis
+
+SCHEMA_VERSION = 1
+
+
+def estimate_payload(site: str, axis: str, estimate: Estimate, indicators: list[dict[str, Any]]) -> dict[str, Any]:
+    """`.../parameters`: what `tribowatch identify` prints, which window it is, where it stands against the baseline."""
+    window = estimate.window
+    return {
+        **estimate.result,
+        "schema_version": SCHEMA_VERSION,
+        "site": site,
+        "axis": axis,
+        "window": {
+            **estimate.result.get("window", {}),
+            "epoch": window.id.epoch,
+            "first_seq": window.id.first_seq,
+            "raw_samples": window.id.samples,
+            "start_time": iso(window.start_ns),
+            "end_time": iso(window.end_ns),
+            "start_ns": window.start_ns,
+            "end_ns": window.end_ns,
+        },
+        "seconds": estimate.seconds,
+        "software": estimate.software,
+        "data_sha256": estimate.data_sha256,
+        "conditions": estimate.conditions,
+        "indicators": indicators,
+    }
+
+
+def model_payload(site: str, axis: str, estimate: Estimate, known: Axis | None) -> dict[str, Any]:
+    """`.../model`: the latest friction law, for feed-forward users."""
+    values = {one.name: {"value": one.value, "unit": one.unit} for one in estimate.parameters}
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "site": site,
+        "axis": axis,
+        "law": "stribeck",
+        "equation": "F(v) = (F_c + (F_s - F_c) exp(-|v|/v_s)) sign(v) + F_v v + F_0",
+        "parameters": values,
+        "curve": estimate.curve.to_dict() if estimate.curve else None,
+        "units": {
+            "force": known.force_unit if known else "N",
+            "speed": f"{known.position_unit if known else 'm'}/s",
+        },
+        "valid_from": iso(estimate.window.end_ns),
+        "valid_from_ns": estimate.window.end_ns,
+    }
+
+
+def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: int) -> dict[str, Any]:
+    """`.../status`: what was received, refused and committed, and what waits.
+
+    Args:
+        config: of the daemon.
+        run: the axis.
+        silent: time since the latest message, None = none since the daemon's start. [s]
+        wall_ns: now. [ns]
+    """
+    record, baseline = run.record, run.drift.baseline
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "site": config.site,
+        "axis": record.name,
+        "listed": run.axis is not None,
+        "state": _state(run),
+        "committed": run.committed,
+        "epoch": run.committed["epoch"] if run.committed else None,
+        "committed_seq": run.committed["seq"] if run.committed else None,
+        "samples": record.samples,
+        "missing": record.missing,
+        "rejected": dict(record.rejected),
+        "held_blocks": run.assembler.held if run.assembler else 0,
+        "pending_windows": len(run.order),
+        "baseline": {
+            "complete": baseline is not None,
+            "windows": baseline.windows if baseline else len(run.drift.learned),
+            "needed": config.drift.baseline_windows,
+        },
+        "alarms": {kind: one.alarm.state.value for kind, one in run.alarms.items() if one.alarm.state != "normal"},
+        "last_sample": iso(record.last_ns),
+        "last_sample_ns": record.last_ns,
+        "silent_seconds": silent,
+        "time": iso(wall_ns),
+    }
+
+
+def _state(run: AxisRun) -> str:
+    if run.axis is None:
+        return "unknown axis: not listed in the configuration, counted, not identified"
+    return "watching" if run.drift.baseline else "learning"

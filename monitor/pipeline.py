@@ -1,0 +1,321 @@
+"""The corridor: message -> journal -> window -> identification -> history -> drift -> alarm -> publication.
+
+One supervising thread calls `step` again and again. It is the only one that writes the database; whatever is published
+was stored before. The order of one axis' answers is the order of its windows, so results do not depend on the workers.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import structlog
+
+from monitor import alarms as life
+from monitor.axis_run import AxisRun, drift_rule, samples_of, travelling, window_rule
+from monitor.config import Config
+from monitor.drift import DriftState, Finding, Kind, indicators, judge
+from monitor.errors import QueryError
+from monitor.estimate import Estimate
+from monitor.identify_window import Job
+from monitor.intake_zenoh import Inbox, Message
+from monitor.judgement import apply, command
+from monitor.payloads import estimate_payload, model_payload, status_payload
+from monitor.queries import transition_dict
+from monitor.store import Store
+from monitor.store_records import Change
+from monitor.windows import Assembler
+from monitor.workers import Workers, window_seed
+from plant import keys
+from plant.axis import Axis
+from plant.errors import ParameterError, PayloadError
+from plant.wire import decode_block
+
+log = structlog.get_logger()
+Publish = Callable[[str, str, dict[str, Any]], None]
+
+MESSAGES_PER_STEP = 500
+STATUS_SECONDS = 1.0
+PRUNE_SECONDS = 5.0
+MAX_UNKNOWN = 100  # axes that are not listed and yet counted one by one
+LOGGED = {10**k for k in range(18)}  # of many equal refusals
+AHEAD = 4  # windows of one axis that may be in the workers, per worker
+
+
+class Pipeline:
+    """All axes of one daemon. Time comes from `clock` (monotonic, s) and `wall` (Unix, ns)."""
+
+    def __init__(
+        self,
+        config: Config,
+        axes: Mapping[str, Axis],
+        store: Store,
+        workers: Workers,
+        inbox: Inbox,
+        publish: Publish,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        wall: Callable[[], int] = time.time_ns,
+    ) -> None:
+        """Take up every listed axis where the history left it."""
+        self._config, self._store, self._workers, self._inbox = config, store, workers, inbox
+        self._publish, self._clock, self._wall = publish, clock, wall
+        self._alarm_rule = life.AlarmRule(on_count=config.alarms.on_windows, off_count=config.alarms.off_windows)
+        self._at_once = life.AlarmRule()
+        self._last_commit = self._last_status = self._last_prune = clock()
+        self._started = clock()
+        self._turn = 0
+        self._open = False
+        self.unknown_keys = 0
+        self.runs = self._take_up(axes)
+
+    def _take_up(self, axes: Mapping[str, Axis]) -> dict[str, AxisRun]:
+        runs = {}
+        by_id = {}
+        for name, record in self._store.register(axes.values()).items():
+            run = by_id[record.id] = runs[name] = AxisRun(record)
+            if (axis := axes.get(name)) is None:
+                continue
+            run.axis, run.rule = axis, drift_rule(axis, self._config)
+            gaps = self._store.gaps_of(record.id, record.stream.epoch)
+            run.assembler = Assembler(window_rule(axis, self._config), record.stream, gaps)
+            run.drift = DriftState.from_dict(record.drift) if record.drift else DriftState()
+            run.alarms = self._store.alarms(record.id)
+        for row, axis_id, window in self._store.pending():
+            run = by_id[axis_id]
+            if run.axis is not None:
+                run.waiting.append((row, window))
+                run.order.append(row)
+        return runs
+
+    # --- one turn -----------------------------------------------------------------------------------------
+
+    def step(self, timeout: float = 0.05) -> None:
+        """Receive, settle, commit, identify, judge, tell: whatever is due; wait at most `timeout` [s] for input."""
+        messages, dropped = self._inbox.take(MESSAGES_PER_STEP, timeout)
+        for message in messages:
+            self._receive(message)
+        for key, count in dropped.items():
+            if run := self._run_of(key):
+                run.reject("queue_full", count)
+        now = self._clock()
+        self._settle(now)
+        if now - self._last_commit >= self._config.intake.commit_seconds:
+            self.commit()
+        self._collect()
+        self._dispatch()
+        self._prune(now)
+        self._tell_all(now)
+
+    def drain(self) -> None:
+        """Take what has arrived and commit it; windows without an answer are done again after a restart."""
+        while len(self._inbox):
+            for message in self._inbox.take(MESSAGES_PER_STEP, 0.0)[0]:
+                self._receive(message)
+        self.commit()
+        self._collect()
+        self._tell_all(self._clock(), at_once=True)
+
+    # --- in -----------------------------------------------------------------------------------------------
+
+    def _run_of(self, key: str) -> AxisRun | None:
+        """The axis a key names; unknown ones are noted, up to a limit."""
+        try:
+            _, name = keys.axis_of(key, self._config.zenoh.prefix)
+        except ParameterError:
+            self.unknown_keys += 1
+            return None
+        run = self.runs.get(name)
+        if run is None:
+            if sum(one.axis is None for one in self.runs.values()) >= MAX_UNKNOWN:
+                self.unknown_keys += 1
+                return None
+            run = self.runs[name] = AxisRun(self._store.add_unknown(name))
+            log.warning("an axis streams that the configuration does not list", axis=name)
+        return run
+
+    def _receive(self, message: Message) -> None:
+        run = self._run_of(message.key)
+        if run is None:
+            return
+        run.heard = message.arrived
+        try:
+            block = decode_block(message.payload, message.encoding)
+            if block.axis != run.record.name:
+                raise PayloadError("wrong_axis", f"the payload names axis {block.axis!r}")
+        except PayloadError as error:
+            count = run.reject(error.reason)
+            if count in LOGGED:
+                log.warning("payload refused", axis=run.record.name, reason=error.reason, why=str(error), count=count)
+            return
+        if run.assembler is None:
+            run.record.samples += len(block)
+            run.record.last_ns = int(block.t_ns[-1])
+            run.dirty = True
+            return
+        run.add(run.assembler.offer(samples_of(block), message.arrived))
+
+    def _settle(self, now: float) -> None:
+        for run in self.runs.values():
+            if run.assembler is not None and run.assembler.held:
+                run.add(run.assembler.settle(now))
+
+    def commit(self) -> None:
+        """Write what was settled; after this, and only after this, it is acknowledged."""
+        self._last_commit = self._clock()
+        dirty = [run for run in self.runs.values() if run.dirty or run.outcome.accepted or run.outcome.gaps]
+        if not dirty:
+            return
+        by_id = {run.record.id: run for run in dirty}
+        for run in dirty:
+            run.dirty = False
+        batch = []
+        for run in dirty:
+            batch.append((run.record, run.close_batch() if run.assembler else run.outcome))
+            for gap in batch[-1][1].gaps:
+                if gap.missing:
+                    log.warning(
+                        "gap", axis=run.record.name, missing=gap.missing, first=gap.from_seq, why=gap.kind.value
+                    )
+        for record, row, window in self._store.commit(batch):
+            by_id[record.id].waiting.append((row, window))
+            by_id[record.id].order.append(row)
+        for (_, out), run in zip(batch, dirty, strict=True):
+            if out.accepted:
+                self._tell_status(run)
+
+    # --- identification -----------------------------------------------------------------------------------
+
+    def _dispatch(self) -> None:
+        """Give windows to the workers, one axis after the other."""
+        names = list(self.runs)
+        idle = 0
+        while self._workers.free and names and idle < len(names):
+            run = self.runs[names[self._turn % len(names)]]
+            self._turn += 1
+            ahead = len(run.order) - len(run.waiting)
+            if not run.waiting or ahead >= AHEAD * self._config.workers:
+                idle += 1
+                continue
+            idle = 0
+            self._submit(run)
+
+    def _submit(self, run: AxisRun) -> None:
+        assert run.axis is not None
+        row, window = run.waiting.popleft()
+        samples = self._store.read(run.record.id, window.id)
+        seed = window_seed(self._config.seed, run.record.name, window.id.epoch, window.id.first_seq)
+        method = self._config.identification.method
+        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method))
+
+    def _collect(self) -> None:
+        touched = {}
+        for job, estimate in self._workers.collect():
+            run = touched[job.axis.name] = self.runs[job.axis.name]
+            run.answers[job.row] = estimate
+        for run in touched.values():
+            while run.order and run.order[0] in run.answers:
+                row = run.order.popleft()
+                self._conclude(run, row, run.answers.pop(row))
+
+    def _conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
+        """Judge one answer, store it with everything it changed, then tell."""
+        run.drift, findings = judge(run.drift, estimate, run.rule)
+        watched = indicators(run.drift, estimate)
+        run.record.drift = run.drift.to_dict()
+        name, now_ns = run.record.name, estimate.window.end_ns
+        touched, changes = apply(self._config.site, name, run.alarms, findings, now_ns, self._alarm_rule)
+        ids = self._store.save(run.record, row, estimate, watched, touched, changes)
+        self._publish("parameters", name, estimate_payload(self._config.site, name, estimate, watched))
+        if estimate.verdict == "identified":
+            self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
+        self._tell_changes(run, ids, changes)
+
+    # --- alarms -------------------------------------------------------------------------------------------
+
+    def _tell_changes(self, run: AxisRun, ids: list[int], changes: list[Change]) -> None:
+        for number, change in zip(ids, changes, strict=True):
+            row = {
+                "id": number,
+                "kind": change.record.kind,
+                "event": change.transition.event.value,
+                "before": change.transition.before.value,
+                "after": change.transition.after.value,
+                "at_ns": change.transition.at_ns,
+                "author": change.author,
+                "alert": change.record.alert,
+            }
+            self._publish("alerts", run.record.name, transition_dict(run.record.name, row))
+            text = (change.record.alert or {}).get("text", "")
+            log.warning("alert", kind=change.record.kind, state=change.transition.after.value, text=text)
+        if ids:
+            self._store.mark_told(ids)
+
+    def tell_untold(self) -> None:
+        """After a restart: publish what was stored but perhaps not told."""
+        names = {run.record.id: name for name, run in self.runs.items()}
+        untold = self._store.untold()
+        for _, axis_id, row in untold:
+            self._publish("alerts", names[axis_id], transition_dict(names[axis_id], row))
+        if untold:
+            self._store.mark_told([number for number, _, _ in untold])
+
+    def _watch_silence(self, run: AxisRun, now: float) -> None:
+        """Staleness is the one condition on the wall clock; missing data never resolves another alarm."""
+        if run.axis is None or run.record.last_ns is None:
+            return
+        silence = now - (self._started if run.heard is None else run.heard)
+        stale = silence >= self._config.intake.stale_after
+        known = run.alarms.get(Kind.STALE.value)
+        if stale == (known is not None and known.alarm.active) or (run.heard is None and not stale):
+            return
+        evidence = {"silent_ns": round(silence * 1e9), "last_ns": run.record.last_ns}
+        finding = Finding(Kind.STALE, stale, evidence if stale else {})
+        touched, changes = apply(self._config.site, run.record.name, run.alarms, [finding], self._wall(), self._at_once)
+        self._tell_changes(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+
+    def command(self, axis: str, kind: str, event: life.Event, author: str, until_ns: int | None = None) -> bool:
+        """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
+
+        Raises:
+            QueryError: no such axis, or no such alarm of it.
+        """
+        run = self.runs.get(axis)
+        if run is None or kind not in run.alarms:
+            raise QueryError(f"axis {axis!r} has no alarm {kind!r}")
+        now_ns = run.record.last_ns or self._wall()
+        record, change = command(run.alarms[kind], event, now_ns, self._alarm_rule, author, until_ns)
+        if change is None:
+            return False
+        run.alarms[kind] = record
+        self._tell_changes(run, self._store.save_alarms(run.record.id, [record], [change]), [change])
+        return True
+
+    # --- housekeeping -------------------------------------------------------------------------------------
+
+    def _prune(self, now: float) -> None:
+        if now - self._last_prune < PRUNE_SECONDS:
+            return
+        self._last_prune = now
+        for run in self.runs.values():
+            if run.assembler is not None and run.record.stream.epoch >= 0:
+                keep = self._config.history.keep_raw_windows
+                self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
+
+    def _tell_all(self, now: float, *, at_once: bool = False) -> None:
+        if now - self._last_status < STATUS_SECONDS and not at_once:
+            return
+        self._last_status = now
+        for run in self.runs.values():
+            self._watch_silence(run, now)
+            self._tell_status(run)
+
+    def _tell_status(self, run: AxisRun) -> None:
+        silent = None if run.heard is None else self._clock() - run.heard
+        self._publish("status", run.record.name, status_payload(self._config, run, silent, self._wall()))
+
+    @property
+    def backlog(self) -> int:
+        """Windows without a stored answer."""
+        return sum(len(run.order) for run in self.runs.values())

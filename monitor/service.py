@@ -1,0 +1,154 @@
+"""The daemon: opens what it needs in order, runs the pipeline until told to stop, closes in reverse order.
+
+`kill -9` at any moment loses nothing that was acknowledged; the next start goes on where the history ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+
+import structlog
+
+from monitor.config import Config, read_axes, read_config
+from monitor.errors import AlreadyRunningError, DatabaseError
+from monitor.logs import configure_logging
+from plant.axis import Axis
+
+log = structlog.get_logger()
+WHO = "daemon"
+GRACE = 4.5  # s to drain and close; after it the process ends hard, which loses nothing
+
+
+def run_daemon(
+    config_path: Path, *, stop: threading.Event | None = None, ready: Callable[[], None] | None = None
+) -> int:
+    """Run until SIGTERM, SIGINT or `stop`; drain and close within 5 s.
+
+    Args:
+        config_path: the configuration file.
+        stop: an own way to stop it, for programs that run it in a thread.
+        ready: called once when samples are taken.
+
+    Returns:
+        Exit code: 0 stopped by `stop`, 143 by SIGTERM, 130 by SIGINT.
+
+    Raises:
+        ConfigError: the configuration or an axis file cannot be used.
+        ReachError: port in use, database or state directory out of reach, another daemon running there.
+    """
+    config = read_config(Path(config_path))
+    axes = read_axes(config)
+    configure_logging(config.log.level, config.log.format)
+    stop = stop or threading.Event()
+    with _own(config.state_dir), _signals(stop) as received:
+        _run(config, axes, stop, ready)
+    return 128 + received[0] if received else 0
+
+
+def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Callable[[], None] | None) -> None:
+    # pool before the session: its fork server must not inherit sockets or Zenoh's threads
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
+    from monitor.intake_zenoh import Inbox, Intake
+    from monitor.pipeline import Pipeline
+    from monitor.publish_zenoh import Publications
+    from monitor.query_zenoh import HistoryServer
+    from monitor.store import Store
+    from monitor.workers import Workers
+    from plant.zenoh_session import open_session
+
+    with contextlib.ExitStack() as stack:
+        watchdog = _end_hard(GRACE)
+        stack.callback(watchdog.cancel)  # first in, last out: it watches all that closes
+        store = Store(config.database_url, synchronous=config.history.synchronous)
+        stack.callback(store.close)
+        inbox = Inbox(config.intake.queue_blocks)
+        settings = config.identification
+        workers = Workers(config.workers, retries=settings.retries, timeout=settings.timeout_seconds, wake=inbox.wake)
+        stack.callback(workers.close)
+        net = config.zenoh
+        session = open_session(net.mode, net.listen, net.connect)
+        stack.callback(session.close)
+        publications = Publications(session, config.site, net.prefix)
+        stack.callback(publications.close)
+        pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish)
+        pipeline.tell_untold()
+        server = HistoryServer(session, config.site, net.prefix, config.database_url)
+        stack.callback(server.close)
+        intake = Intake(session, config.site, net.prefix, inbox)
+        publications.alive(WHO)
+        log.info("watching", site=config.site, axes=len(axes), listen=list(net.listen), backlog=pipeline.backlog)
+        if ready is not None:
+            ready()
+        try:
+            while not stop.is_set():
+                pipeline.step()
+        finally:
+            watchdog.start()
+            intake.close()
+            if stop.is_set():
+                pipeline.drain()
+            log.info("stopping", backlog=pipeline.backlog)
+
+
+def _end_hard(seconds: float) -> threading.Timer:
+    """A timer that ends the process: Zenoh's close may hang on a bad link (ecosystem-facts §10)."""
+
+    def end() -> None:
+        log.warning("did not close in time, ending hard; nothing acknowledged is lost", seconds=seconds)
+        os._exit(143)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    return timer
+
+
+@contextlib.contextmanager
+def _own(state_dir: Path) -> Iterator[None]:
+    """Hold the state directory: one daemon each."""
+    try:
+        state_dir.mkdir(parents=True, exist_ok=True)
+        handle = os.open(state_dir / "daemon.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        raise DatabaseError(
+            f"{state_dir}: cannot write the state directory ({error.strerror}); make it writable or change state_dir"
+        ) from None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        raise AlreadyRunningError(
+            f"{state_dir}: another daemon is running here; stop it or use another state_dir"
+        ) from None
+    try:
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def _signals(stop: threading.Event) -> Iterator[list[int]]:
+    """SIGTERM and SIGINT set `stop`; gives the signals received. Outside the main thread nothing is changed."""
+    received: list[int] = []
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        received.append(number)
+        stop.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield received
+        return
+    before = {number: signal.signal(number, handle) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
