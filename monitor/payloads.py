@@ -70,6 +70,7 @@ def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: 
     """
     record, baseline = run.record, run.drift.baseline
     return {
+        "v": SCHEMA_VERSION,  # with axis, epoch and committed_seq: the contract with publishers (docs/stream.md)
         "schema_version": SCHEMA_VERSION,
         "site": config.site,
         "axis": record.name,
