@@ -12,6 +12,7 @@ from monitor import cusum
 from monitor.estimate import Curve
 from plant.recording import Floats
 
+MARGIN = 0.75  # of the fastest speed, up to which friction is compared
 REFERENCES = 5  # reference speeds, spread over the range the axis visits
 SHAPES = ("friction at low speed", "friction at mid speed", "friction at high speed", "Coulomb level", "viscous slope")
 WIDTHS = (0.0, 0.25, 0.5, 1.0)  # how much of the identification's own variance shows between windows
@@ -152,12 +153,15 @@ def learn(
 
 
 def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:
-    """Speeds that four of five windows visited, spread on the logarithm; None where fewer than three are shared."""
+    """Speeds that four of five windows visited, spread on the logarithm; None where fewer than three are shared.
+
+    They end somewhat below the fastest: an axis that wears becomes slower, and must stay comparable.
+    """
     curves = [curve for curve in curves if len(curve.speeds) > 0]
     if not curves:
         return None
     low = float(np.quantile([curve.speeds[0] for curve in curves], 0.8, method="higher"))
-    high = float(np.quantile([curve.speeds[-1] for curve in curves], 0.2, method="lower"))
+    high = MARGIN * float(np.quantile([curve.fastest for curve in curves], 0.2, method="lower"))
     widest = max(curves, key=lambda curve: len(curve.speeds)).speeds
     common = [speed for speed in widest if low * (1 - 1e-9) <= speed <= high * (1 + 1e-9)]
     if len(common) < 3:

@@ -26,27 +26,30 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Friction F(v) averaged over both directions, at speeds the window visited.
+    """Friction F(v) averaged over both directions.
 
     Attributes:
-        speeds: from a fixed geometric grid, so that windows share them. [m/s or rad/s] (k,)
+        speeds: from a fixed geometric grid, so that windows share them; somewhat beyond `fastest`. [m/s or rad/s] (k,)
         values: friction. [N or N·m] (k,)
-        low, high: 95 % interval. [N or N·m] (k,)
+        low, high: 95 % interval; wide where the window did not go. [N or N·m] (k,)
+        fastest: highest speed the window visited. [m/s or rad/s]
     """
 
     speeds: tuple[float, ...]
     values: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    fastest: float
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        return {name: list(values) for name, values in dataclasses.asdict(self).items()}
+        return {name: list(one) if isinstance(one, tuple) else one for name, one in dataclasses.asdict(self).items()}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Curve:
         """Read what `to_dict` wrote."""
-        return cls(**{name: tuple(numbers) for name, numbers in values.items()})
+        speeds, force, low, high = (tuple(values[name]) for name in ("speeds", "values", "low", "high"))
+        return cls(speeds, force, low, high, values["fastest"])
 
     def at(self, speeds: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray] | None:
         """Values and standard errors at `speeds`, or None where one lies outside. [N or N·m]"""

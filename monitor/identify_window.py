@@ -18,7 +18,7 @@ from plant.axis import Axis
 from plant.recording import Floats, Recording
 
 GRID_PER_DECADE = 8  # speeds 10^(k/8), the same for every window of every axis
-SLOWEST = 0.1  # of the fastest speed of a window; below, its curve is mostly extrapolated
+SLOWEST, FASTEST = 0.1, 2.0  # of the fastest speed of a window; beyond it the curve is extrapolated, with its interval
 SOFTWARE = version("tribowatch")
 
 
@@ -104,17 +104,17 @@ def _parameters(answer: IdentificationResult) -> tuple[Parameter, ...]:
 
 
 def _curve(answer: IdentificationResult) -> Curve | None:
-    """F(v) on the common grid, over the speeds this window visited."""
+    """F(v) on the common grid, around the speeds this window visited."""
     if answer.curve is None or not answer.curve.fastest > 0:
         return None
-    top = math.log10(answer.curve.fastest) * GRID_PER_DECADE
-    first = math.ceil(top + math.log10(SLOWEST) * GRID_PER_DECADE - 1e-9)
-    speeds: Floats = 10.0 ** (np.arange(first, math.floor(top + 1e-9) + 1) / GRID_PER_DECADE)
+    fastest = float(answer.curve.fastest)
+    first, last = (math.ceil(math.log10(fastest * part) * GRID_PER_DECADE) for part in (SLOWEST, FASTEST))
+    speeds: Floats = 10.0 ** (np.arange(first, last) / GRID_PER_DECADE)
     values, half = answer.curve_at(speeds)
     if not (np.isfinite(values).all() and np.isfinite(half).all()):
         return None
     low, high = (values - half).tolist(), (values + half).tolist()
-    return Curve(tuple(speeds.tolist()), tuple(values.tolist()), tuple(low), tuple(high))
+    return Curve(tuple(speeds.tolist()), tuple(values.tolist()), tuple(low), tuple(high), fastest)
 
 
 def _conditions(recording: Recording) -> dict[str, float]:
