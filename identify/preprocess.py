@@ -9,11 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.mending import Mender, Piece
 from plant.axis import Axis, TorqueHold
 from plant.recording import Recording
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 FASTEST = 0.004  # s; faster data are averaged: one-step errors of very clean fast data say nothing about friction
 AVERAGED = 0.005  # s, what they are averaged to when the axis file does not say
@@ -21,6 +23,7 @@ REGULAR = 0.1  # share of the period a regular clock's steps may scatter
 LOST_SAMPLE = 1.5  # periods: a longer step of a regular clock is a gap
 LOST_IRREGULAR = 3.5  # periods, for an irregular clock
 SHORTEST_RUN = 20  # samples; shorter pieces between gaps are dropped
+NOMINAL = 0.05  # share by which the nominal sample time may miss the stamps' median
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +36,7 @@ class Samples:
         position: [m] (n,)
         steps: time to the next sample; 0 at the end of a run. [s] (n,)
         run: index of the run, ascending from 0. (n,)
+        valid: False where the position is an outlier or frozen: marched over, not compared. (n,)
         sample_time: nominal period after averaging. [s]
         linear: True when the force runs straight between samples, False when it is held.
         removed: what each step took away or changed, in words.
@@ -43,6 +47,7 @@ class Samples:
     position: Floats
     steps: Floats
     run: Ints
+    valid: Bools
     sample_time: float
     linear: bool
     removed: tuple[str, ...] = ()
@@ -50,6 +55,11 @@ class Samples:
     def __len__(self) -> int:
         """Count the samples."""
         return len(self.t)
+
+    @property
+    def used(self) -> int:
+        """Number of positions compared with the model."""
+        return int(np.count_nonzero(self.valid))
 
     @property
     def runs(self) -> int:
@@ -68,7 +78,13 @@ class Samples:
         steps = self.steps[cut].copy()
         steps[-1] = 0.0
         return dataclasses.replace(
-            self, t=self.t[cut], force=self.force[cut], position=self.position[cut], steps=steps, run=run
+            self,
+            t=self.t[cut],
+            force=self.force[cut],
+            position=self.position[cut],
+            steps=steps,
+            run=run,
+            valid=self.valid[cut],
         )
 
 
@@ -83,62 +99,81 @@ def split_at_gaps(t: Floats) -> list[slice]:
     return [piece for piece in pieces if piece.stop - piece.start >= SHORTEST_RUN]
 
 
-def average_down(t: Floats, force: Floats, position: Floats, ratio: int, held: bool) -> tuple[Floats, Floats, Floats]:
+def average_down(piece: Piece, ratio: int, held: bool) -> Piece:
     """Means over blocks of `ratio` samples: model and data see the same moving average, so nothing is biased.
 
     A held force acts from its stamp to the next, half a period later than a position sample; the block of the force is
     moved by that half so that both means belong to the same instant. The result is linear between samples.
     """
-    n = (len(t) // ratio) * ratio
+    n = (len(piece.t) // ratio) * ratio
 
     def blocks(x: Floats) -> Floats:
         return np.asarray(x[:n].reshape(-1, ratio).mean(axis=1), dtype=np.float64)
 
+    force = piece.force
     if held:
         force = 0.5 * (force + np.concatenate([force[:1], force[:-1]]))
-    return blocks(t), blocks(force), blocks(position)
+    valid = blocks(piece.valid.astype(np.float64)) > 0.5
+    return Piece(blocks(piece.t), blocks(force), blocks(piece.position), valid)
 
 
-def prepare(recording: Recording, axis: Axis) -> Samples:
-    """Split `recording` at its gaps and average fast data down; wants finite samples, rising stamps (see judge)."""
+def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> Samples:
+    """Split `recording` at its gaps, take out what sensors got wrong, average fast data down.
+
+    Args:
+        recording: finite samples with rising stamps (see judge).
+        axis: resolutions, possible acceleration, wanted sample time.
+        repair_force: replace single spikes of the force; False to take them as what the machine felt.
+    """
     removed: list[str] = []
-    period = recording.period
+    period = float(np.median(np.diff(recording.t)))
+    if abs(recording.period - period) > NOMINAL * period:
+        removed.append(f"nominal sample time {recording.period:g} s not used: the stamps are {period:.4g} s apart")
     wanted = axis.analysis_sample_time or (AVERAGED if period < FASTEST else period)
     ratio = max(1, round(wanted / period))
     held = recording.hold is not TorqueHold.LINEAR
-    pieces = split_at_gaps(recording.t)
-    used = sum(piece.stop - piece.start for piece in pieces)
-    if len(pieces) > 1 or used < len(recording):
-        removed.append(f"{len(pieces)} runs between gaps; {len(recording) - used} samples in shorter pieces left out")
+    mender = Mender(axis, repair_force)
+    gaps = split_at_gaps(recording.t)
+    used = sum(piece.stop - piece.start for piece in gaps)
+    if len(gaps) > 1 or used < len(recording):
+        removed.append(f"{len(gaps)} runs between gaps; {len(recording) - used} samples in shorter pieces left out")
+    pieces = [
+        part for cut in gaps for part in mender.mend(recording.t[cut], recording.force[cut], recording.position[cut])
+    ]
+    removed += mender.report()
     if ratio > 1:
         removed.append(f"{1 / period:.4g} Hz averaged down to {1 / (period * ratio):.4g} Hz")
-    parts = []
-    for piece in pieces:
-        t, force, position = recording.t[piece], recording.force[piece], recording.position[piece]
-        parts.append(average_down(t, force, position, ratio, held) if ratio > 1 else (t, force, position))
-    parts = [part for part in parts if len(part[0]) >= SHORTEST_RUN]
-    if not parts:
+        pieces = [average_down(piece, ratio, held) for piece in pieces]
+    pieces = [piece for piece in pieces if len(piece.t) >= SHORTEST_RUN and piece.valid.any()]
+    if not pieces:
         return _empty(period * ratio)
-    t = np.concatenate([part[0] for part in parts]) - recording.t[0]
-    run = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    return _joined(pieces, recording.t[0], ratio > 1 or not held, tuple(removed))
+
+
+def _joined(pieces: list[Piece], zero: float, linear: bool, removed: tuple[str, ...]) -> Samples:
+    """All pieces one after the other, as runs."""
+    t = np.concatenate([piece.t for piece in pieces]) - zero
+    run = np.repeat(np.arange(len(pieces)), [len(piece.t) for piece in pieces])
     steps = np.append(np.diff(t), 0.0)
     steps[np.flatnonzero(np.diff(run))] = 0.0
     return Samples(
         t=t,
-        force=np.concatenate([part[1] for part in parts]),
-        position=np.concatenate([part[2] for part in parts]),
+        force=np.concatenate([piece.force for piece in pieces]),
+        position=np.concatenate([piece.position for piece in pieces]),
         steps=steps,
         run=run.astype(np.int64),
+        valid=np.concatenate([piece.valid for piece in pieces]),
         sample_time=float(np.median(steps[steps > 0])),
-        linear=ratio > 1 or not held,
-        removed=tuple(removed),
+        linear=linear,
+        removed=removed,
     )
 
 
 def _empty(sample_time: float) -> Samples:
     """No run is long enough."""
     nothing = np.empty(0)
-    return Samples(nothing, nothing, nothing, nothing, np.empty(0, dtype=np.int64), sample_time, False)
+    valid = np.empty(0, dtype=np.bool_)
+    return Samples(nothing, nothing, nothing, nothing, np.empty(0, dtype=np.int64), valid, sample_time, False)
 
 
 def smooth_velocity(samples: Samples, span: float = 0.05) -> Floats:

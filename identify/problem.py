@@ -73,8 +73,7 @@ class FrictionProblem:
         self.estimates_mass = not axis.mechanics.inertia_known
         self.p = 6 if self.estimates_mass else 5
         self.substeps = max(1, int(np.ceil(samples.sample_time / longest_substep - 1e-9)))
-        self._state: Floats = np.empty((3, 0))
-        self._error: Floats = np.empty((0, 0))
+        self._buffers: dict[int, tuple[Floats, Floats]] = {}
 
     def refined(self, longest_substep: float = FINEST_SUBSTEP) -> FrictionProblem:
         """The same problem marched in finer steps: dearer, and right to the micrometre."""
@@ -82,7 +81,7 @@ class FrictionProblem:
             self.samples,
             self.axis,
             scales=self.scales,
-            first_state=self._first_state,
+            first_state=self.first_state,
             longest_substep=longest_substep,
         )
 
@@ -190,30 +189,32 @@ class FrictionProblem:
         gains = np.empty((4, padded))
         gains[:, :m] = gain if gain.ndim == 2 else gain[:, None]
         gains[:, m:] = gains[:, m - 1 : m]
-        if self._error.shape != (len(self.samples), padded):
-            self._state, self._error = np.empty((3, padded)), np.empty((len(self.samples), padded))
+        if padded not in self._buffers:
+            self._buffers[padded] = np.empty((3, padded)), np.empty((len(self.samples), padded))
+        state, error = self._buffers[padded]
         s = self.samples
         predict(
             s.force,
             s.position,
             s.steps,
             s.run,
+            s.valid,
             self.substeps,
             s.linear,
             self.law(x),
             self.start(x),
             gains,
-            self._state,
-            self._error,
+            state,
+            error,
         )
-        return self._error[:, :m]
+        return error[:, :m]
 
     def losses(self, x: Floats, gain: Floats) -> Floats:
         """N log(mean square prediction error) plus priors of candidates x (m, size); inf where a run diverged. (m,)"""
         error = self.errors(x, gain)
         square = np.einsum("nm,nm->m", error, error)
         with np.errstate(invalid="ignore", divide="ignore"):
-            loss = len(self.samples) * np.log(square / len(self.samples) + 1e-300)
+            loss = self.samples.used * np.log(square / self.samples.used + 1e-300)
         centre, spread = self.prior
         loss += (((x - centre) / spread) ** 2).sum(axis=1)
         return np.where(np.isfinite(loss), loss, np.inf)

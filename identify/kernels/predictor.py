@@ -15,6 +15,7 @@ from plant.kernels.step import FASTMATH, advance_velocity
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 @njit(cache=True, fastmath=FASTMATH, error_model="numpy")
@@ -23,6 +24,7 @@ def predict(
     position: Floats,
     steps: Floats,
     run: Ints,
+    valid: Bools,
     substeps: int,
     linear: bool,
     law: Floats,
@@ -38,6 +40,8 @@ def predict(
         position: measured. [m] (n,)
         steps: time to the next sample; not used where the next sample begins another run. [s] (n,)
         run: index of the run a sample belongs to, ascending; the state restarts where it changes. (n,)
+        valid: False where the position must not be used: the model runs on, its state is not corrected, and the
+            error counts as 0. (n,)
         substeps: sub-steps per sample, >= 1.
         linear: True when the force runs straight between samples, False when it is held.
         law: rows F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)
@@ -59,12 +63,16 @@ def predict(
                 y[j], v[j], d[j] = first_y[j], first_v[j], 0.0
         measured = position[k]
         row = error[k]
-        for j in range(m):
-            e = measured - y[j]
-            row[j] = e
-            y[j] += gain_y[j] * e
-            v[j] += gain_v[j] * e
-            d[j] += gain_d[j] * e
+        if valid[k]:
+            for j in range(m):
+                e = measured - y[j]
+                row[j] = e
+                y[j] += gain_y[j] * e
+                v[j] += gain_v[j] * e
+                d[j] += gain_d[j] * e
+        else:
+            for j in range(m):
+                row[j] = 0.0
         if k + 1 < n and run[k + 1] == current:
             h = steps[k] / substeps
             half, inverse_h = 0.5 * h, 1.0 / h

@@ -1,0 +1,158 @@
+"""Faults of sensors and clocks in raw samples: wraps, jumps, spikes, frozen readings. Finding them, nothing else.
+
+What is possible at all is bounded by physics: between two samples the position cannot move further than the speed
+allows, and it cannot bend more than the drive can accelerate the mass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+SIGMAS = 8.0  # robust standard deviations
+TOO_FAST = 4.0  # times the fastest lasting change: no machine doubles its speed twice within one sample
+LONGEST_EXCURSION = 8  # samples a reading may be away and come back
+REPEATS = 10  # equal readings in a row that can be a frozen sensor
+TWINS = 0.85  # of the larger bend: two neighbours this alike are the two sides of a step
+FORCE_SPIKE = 0.2  # of the force's range
+MANY = 0.02  # share of samples above which "spikes" are how this signal looks
+
+
+def spread(x: Floats) -> float:
+    """Robust standard deviation about zero: of the median and of the 90 % quantile the larger."""
+    size = np.abs(x)
+    return float(max(np.median(size) / 0.6745, np.quantile(size, 0.9) / 1.645)) if len(x) else 0.0
+
+
+def bend(t: Floats, y: Floats) -> Floats:
+    """Each sample minus the cubic through its two neighbours on either side, whatever the clock does. (n,)"""
+    out = np.zeros(len(y))
+    if len(y) < 5:
+        return out
+    here = t[2:-2]
+    stamps = [t[:-4] - here, t[1:-3] - here, t[3:-1] - here, t[4:] - here]
+    values = [y[:-4], y[1:-3], y[3:-1], y[4:]]
+    guess = np.zeros(len(here))
+    for i in range(4):
+        weight = np.ones(len(here))
+        for j in range(4):
+            if j != i:
+                weight *= stamps[j] / (stamps[j] - stamps[i])
+        guess += weight * values[i]
+    out[2:-2] = y[2:-2] - guess
+    return out
+
+
+def largest_step(t: Floats, x: Floats, resolution: float) -> Floats:
+    """The furthest a reading can have moved from each sample to the next: (n-1,).
+
+    The fastest rate of change that lasted for three samples at least, noise, and the resolution.
+    """
+    step = np.diff(t)
+    rate = np.abs(np.diff(x)) / step
+    if len(rate) < 5:
+        return np.full(len(rate), np.inf)
+    lasting = float(np.median(np.lib.stride_tricks.sliding_window_view(rate, 5), axis=1).max())
+    noise = SIGMAS * spread(bend(t, x))
+    return np.asarray(TOO_FAST * lasting * step + noise + 4.0 * resolution, dtype=np.float64)
+
+
+def unwrapped(y: Floats) -> tuple[Floats, int, float]:
+    """An angle that wraps made continuous, with the number of wraps and the turn they had. [rad]
+
+    A wrap is a step of more than half the range, both ends of which lie at opposite ends of it.
+    """
+    step = np.diff(y)
+    reach = float(np.ptp(y))
+    wraps = np.flatnonzero(np.abs(step) > 0.8 * reach)
+    if len(wraps) == 0 or reach == 0.0:
+        return y, 0, 0.0
+    ordinary = np.abs(np.delete(step, wraps))
+    if len(ordinary) == 0 or float(np.quantile(ordinary, 0.99)) > 0.1 * reach:
+        return y, 0, 0.0
+    before = step[np.clip(wraps - 1, 0, None)]
+    turn = float(np.median(np.abs(step[wraps] - before)))
+    shift = np.zeros(len(y))
+    shift[wraps + 1] = -np.sign(step[wraps]) * turn
+    return np.asarray(y + np.cumsum(shift), dtype=np.float64), len(wraps), turn
+
+
+def excursions_and_jumps(t: Floats, y: Floats, resolution: float) -> tuple[Bools, Ints]:
+    """Samples impossibly far away that come back (n,), and the indices at which the position jumped for good."""
+    away = np.zeros(len(y), dtype=np.bool_)
+    hop = np.diff(y)
+    hops = np.flatnonzero(np.abs(hop) > largest_step(t, y, resolution)).tolist()
+    jumps: list[int] = []
+    while hops:
+        k = hops.pop(0)
+        if hops and hops[0] - k <= LONGEST_EXCURSION and abs(y[hops[0] + 1] - y[k]) < 0.5 * abs(hop[k]):
+            away[k + 1 : hops.pop(0) + 1] = True
+        else:
+            jumps.append(k + 1)
+    return away, np.array(jumps, dtype=np.int64)
+
+
+def spikes_and_steps(
+    t: Floats, y: Floats, acceleration: float, resolution: float, passes: int = 6
+) -> tuple[Bools, Ints]:
+    """Single samples (n,), and indices of lasting steps, that bend the motion more than `acceleration` [m/s²] can.
+
+    Against the cubic through its neighbours a spike shows as -2/3, 1, -2/3, a step between two samples as -1/2, 1/2.
+    """
+    y, found, steps = y.copy(), np.zeros(len(y), dtype=np.bool_), set[int]()
+    period = float(np.median(np.diff(t)))
+    for _ in range(passes):
+        off = bend(t, y)
+        size = np.abs(off)
+        limit = max(SIGMAS * max(spread(off), resolution), 0.25 * acceleration * period**2)
+        around = np.stack([np.roll(size, shift) for shift in (-2, -1, 1, 2)]).max(axis=0)
+        bad = (size > limit) & (size >= around)
+        if not bad.any() or (found | bad).mean() > MANY:
+            break
+        for k in np.flatnonzero(bad).tolist():
+            after = k + 1 if size[k + 1] >= size[k - 1] else k
+            if off[after] * off[after - 1] < 0 and min(size[after], size[after - 1]) > TWINS * size[k]:
+                steps.add(after)
+                y[after:] -= off[after] - off[after - 1]
+            else:
+                found[k] = True
+                y[k] -= off[k]
+    return found, np.array(sorted(steps), dtype=np.int64)
+
+
+def force_spikes(force: Floats) -> Bools:
+    """One or two samples far off both sides of their neighbourhood; none where the signal is like that. (n,)"""
+    if len(force) < 7:
+        return np.zeros(len(force), dtype=np.bool_)
+    padded = np.pad(force, 2, mode="edge")
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
+    off = force - middle
+    reach = float(np.quantile(force, 0.995) - np.quantile(force, 0.005))
+    bad = np.abs(off) > max(SIGMAS * spread(off), FORCE_SPIKE * reach)
+    return bad if 0 < bad.mean() <= MANY else np.zeros(len(force), dtype=np.bool_)
+
+
+def frozen(x: Floats, leap: Floats | float) -> Bools:
+    """Stretches of equal readings that begin or end with a step of more than `leap` ((n-1,) or one number). (n,)
+
+    A machine comes to rest and leaves it gently; a frozen reading has to catch up.
+    """
+    step = np.diff(x)
+    sudden = np.concatenate([[False], np.abs(step) > leap, [False]])  # sudden[k]: between samples k-1 and k
+    same = np.concatenate([[False], step == 0.0, [False]])
+    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
+    out = np.zeros(len(x), dtype=np.bool_)
+    for begin, end in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):  # x[begin..end] are equal
+        if end - begin + 1 >= REPEATS and (sudden[begin] or sudden[end + 1]):
+            out[begin + 1 : end + 1] = True
+    return out
+
+
+def repeats_elsewhere(x: Floats, stretches: Bools) -> float:
+    """Share of readings equal to the one before, outside of `stretches` (n,). [1]"""
+    outside = ~stretches[1:]
+    return float(np.mean(np.diff(x)[outside] == 0.0)) if outside.any() else 1.0
