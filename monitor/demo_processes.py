@@ -6,6 +6,7 @@ Both are on a leash (`monitor/leash.py`): when this process ends, in whatever wa
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import shutil
 import socket
 import subprocess
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+from monitor.errors import AlreadyRunningError
 from monitor.leash import start_leashed, stop_leashed
 from plant.axis_file import write_axis
 from plant.errors import InputError, ReachError
@@ -25,20 +27,43 @@ TAIL = 3  # lines of a log that say why a process ended
 
 
 @dataclass(frozen=True, slots=True)
-class DemoSettings:
-    """What the demo runs.
+class Place:
+    """Where the demo lives and what it plays.
 
     Attributes:
         folder: configuration, database and logs.
         scenario: name or file.
-        seed: of the scenario's chance.
-        bursts_per_second: pace of the time-lapse; the machine records twice a day. [1/s]
+        seed: of the scenario's chance and of the searches.
+        speed: event seconds per second. [1]
     """
 
     folder: Path
     scenario: str
     seed: int
-    bursts_per_second: float
+    speed: float
+
+    @contextlib.contextmanager
+    def owned(self) -> Iterator[None]:
+        """Hold the folder: one demo each.
+
+        Raises:
+            InputError: the folder cannot be written, or holds a history that is not a demo's.
+            AlreadyRunningError: another demo holds it.
+        """
+        folder, mark = self.folder, self.folder / MARK
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if (folder / DATABASE).exists() and not mark.exists():
+                raise InputError(f"{folder} holds the history of a real daemon; give the demo another --state-dir")
+            handle = mark.open("a")
+        except OSError as error:
+            raise _cannot_write(error, folder) from None
+        with handle:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise AlreadyRunningError(f"{folder}: another demo runs here; give this one a --state-dir") from None
+            yield
 
 
 class Child:
@@ -80,27 +105,27 @@ class Child:
             raise ReachError(f"the {self.name} of the demo ended with code {self.ended}: {said} (log: {self.log})")
 
 
-def prepare_folder(settings: DemoSettings, port: int) -> Path:
+def prepare_folder(place: Place, port: int) -> Path:
     """Write axis file and configuration; an earlier demo's history moves to `previous/`. Gives the configuration.
 
     Raises:
-        InputError: the folder cannot be written, or holds a history that is not a demo's.
+        InputError: the folder cannot be written.
     """
-    folder = settings.folder
+    folder = place.folder
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if (folder / DATABASE).exists() and not (folder / MARK).exists():
-            raise InputError(f"{folder} holds the history of a real daemon; give the demo another --state-dir")
-        (folder / MARK).write_text("made by tribowatch demo; may be deleted\n", encoding="utf-8")
         _set_aside(folder)
-        axis = read_scenario(settings.scenario).axis
+        axis = read_scenario(place.scenario).axis
         write_axis(axis, folder / f"{axis.name}.toml")
         config = folder / CONFIG
-        config.write_text(_configuration(axis.name, port, settings.seed), encoding="utf-8")
+        config.write_text(_configuration(axis.name, port, place.seed), encoding="utf-8")
     except OSError as error:
-        where = error.filename or folder
-        raise InputError(f"{where}: cannot be written ({error.strerror}); give the demo another --state-dir") from None
+        raise _cannot_write(error, folder) from None
     return config
+
+
+def _cannot_write(error: OSError, folder: Path) -> InputError:
+    where = error.filename or folder
+    return InputError(f"{where}: cannot be written ({error.strerror}); give the demo another --state-dir")
 
 
 def free_port() -> int:
@@ -123,14 +148,14 @@ def daemon(config: Path) -> Iterator[Child]:
 
 
 @contextlib.contextmanager
-def machine(settings: DemoSettings, port: int) -> Iterator[Child]:
+def machine(place: Place, port: int) -> Iterator[Child]:
     """The simulated machine that publishes the scenario, ended on leaving."""
-    scenario = settings.scenario
+    scenario = place.scenario
     path = Path(scenario).resolve()
     arguments = ["simulate", "--publish", "--scenario", str(path) if path.is_file() else scenario]
-    arguments += ["--connect", endpoint(port), "--site", SITE, "--seed", str(settings.seed)]
-    arguments += ["--bursts-per-second", f"{settings.bursts_per_second:g}"]
-    with _running(Child("machine", arguments, settings.folder)) as child:
+    arguments += ["--connect", endpoint(port), "--site", SITE, "--seed", str(place.seed)]
+    arguments += ["--speed", repr(place.speed)]
+    with _running(Child("machine", arguments, place.folder)) as child:
         yield child
 
 

@@ -6,11 +6,15 @@ from monitor.cli.alerts import alerts_command
 from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.check_config import check_config_command
+from monitor.cli.demo import demo_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_command
 from monitor.cli.identify import identify_command
+from monitor.cli.run import run_command
 from monitor.cli.simulate import simulate_command
 
+app.command("demo")(demo_command)
+app.command("run")(run_command)
 app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
 app.command("history")(history_command)
