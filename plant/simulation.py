@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plant.axis import Axis, TorqueHold
+from plant.effects import EffectValues, Surroundings
 from plant.errors import InputError, ParameterError
 from plant.friction import StribeckFriction
 from plant.kernels.population import march
-from plant.kernels.trace import trace
+from plant.machine import MOST_SUBSTEPS, Blocks, checked_values, plan
+from plant.machine import march as march_blocks
 
 Floats = NDArray[np.float64]
 
 POSITION_TOLERANCE = 1e-5  # m or rad: a tenth of what a good position sensor resolves over the 20 s of §4.3
-MOST_SUBSTEPS = 1024  # per sample: beyond it a run does not converge, it is chaotic
-STEP_PER_TIME_CONSTANT = 0.12  # sub-step over the shortest time constant; gives 2 sub-steps in the paper's case
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +49,12 @@ def simulate(
     sample_time: float | None = None,
     t: ArrayLike | None = None,
     hold: TorqueHold = TorqueHold.HOLD,
-    effects: tuple[object, ...] = (),
+    effects: EffectValues | None = None,
     constant_force: float = 0.0,
     moving_mass: float | None = None,
     position0: float = 0.0,
     velocity0: float = 0.0,
+    middle: float | None = None,
     substeps: int | None = None,
 ) -> Trajectory:
     """March eq. (5) under `torque` from a given start.
@@ -65,34 +66,39 @@ def simulate(
         sample_time: equidistant samples; the axis file's when neither it nor `t` is given. [s] > 0
         t: time stamps instead, strictly increasing. [s] (n,)
         hold: what a sample means until the next: held, linear, or the mean of the interval (marched as held).
-        effects: named effects on top of the baseline.
+        effects: named effects on top of the baseline: name -> parameter -> value, as in effects.md.
         constant_force: constant force on the friction side. [N]
         moving_mass: replaces M + J/R_c² [kg; kg·m² rotary] > 0; the weight stays M g.
         position0: position at the first sample. [m or rad]
         velocity0: velocity at the first sample. [m/s or rad/s]
+        middle: y_m of position_dependent_friction and end_stop; None takes the middle of the axis' travel. [m or rad]
         substeps: sub-steps per sample; None doubles them until the position is settled to `POSITION_TOLERANCE`.
 
     Raises:
         InputError: an argument that cannot be used; says which, its value, and what is allowed.
     """
-    if effects:
-        raise InputError("effects are not available yet")
     force = axis.mechanics.gain * _finite("torque", torque, "N*m")
     times = _times(axis, len(force), sample_time, t)
     start, end = _pieces(force, hold)
-    law = _laws(axis, friction.as_array[np.newaxis], constant_force, moving_mass)[:, 0]
-    y0, v0 = _number("position0", position0, "m"), _number("velocity0", velocity0, "m/s")
-    steps = np.diff(times)
+    wanted = {} if effects is None else effects
+    chosen = plan(Surroundings.of(axis, middle), tuple(wanted))
+    values = checked_values(chosen, wanted)
+    law = _laws(axis, friction.as_array[np.newaxis], constant_force, moving_mass)
+    y0, v0 = _number("position0", position0, axis.position_unit), _number("velocity0", velocity0, "m/s")
+
+    def blocks() -> Blocks:
+        return chosen.blocks(friction.as_array[:, np.newaxis], values, mass=law[4], constant_force=constant_force)
 
     def run(count: int) -> Floats:
-        out = np.zeros((3, len(force)))
-        trace(start, end, steps, count, law, y0, v0, out)
-        return out
+        fresh = blocks()
+        fresh.place(y0, v0, float(force[0]))
+        return march_blocks(fresh, times - times[0], start, end, count)[:, :, 0]
 
     if substeps is not None:
-        count, out = _substeps(substeps), run(_substeps(substeps))
+        count = _substeps(substeps)
+        out = run(count)
     else:
-        count, out = settle(run, default_substeps(law[:, np.newaxis], steps))
+        count, out = settle(run, blocks().substeps(float(np.diff(times).max(initial=0.0))))
     return Trajectory(times, out[0], out[1], out[2], count)
 
 
@@ -123,7 +129,7 @@ def simulate_population(
         moving_mass: one for all, or one each; None takes M + J/R_c². [kg; kg·m² rotary] (m,)
         position0: one for all, or one each. [m or rad] (m,)
         velocity0: one for all, or one each. [m/s or rad/s] (m,)
-        substeps: sub-steps per sample; None takes the rule of `default_substeps` for the stiffest tenth.
+        substeps: sub-steps per sample; None takes the rule of `Blocks.substeps`.
 
     Returns:
         Positions [m or rad], shape (m, n).
@@ -138,27 +144,14 @@ def simulate_population(
     m = law.shape[1]
     y, v = _each("position0", position0, m, "m"), _each("velocity0", velocity0, m, "m/s")
     steps = np.diff(times)
-    count = default_substeps(law, steps) if substeps is None else _substeps(substeps)
+    if substeps is None:
+        laid_out = plan(Surroundings.of(axis), ()).blocks(_candidates(candidates).T, np.empty((0, m)), mass=law[4])
+        count = laid_out.substeps(float(steps.max(initial=0.0)))
+    else:
+        count = _substeps(substeps)
     positions = np.empty((len(force), m))
     march(force, steps, count, hold is TorqueHold.LINEAR, law, y, v, positions)
     return positions.T
-
-
-def default_substeps(law: Floats, steps: Floats) -> int:
-    """Sub-steps per sample so that a sub-step is `STEP_PER_TIME_CONSTANT` of the shortest time constant.
-
-    The midpoint step errs by the square of sub-step over time constant. A mass has two: m_e/F_v, and
-    m_e v_s/|F_s - F_c|, the time in which the Stribeck bump changes the speed by v_s. Of many candidates the stiffest
-    tenth does not count: a genetic search would pay for candidates it is about to throw away.
-
-    Args:
-        law: rows F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)
-        steps: time from each sample to the next. [s] (n - 1,)
-    """
-    rate = np.maximum(np.abs(law[1]) * law[2], law[3]) / law[4]
-    stiff = float(np.quantile(rate, 0.9, method="lower"))
-    longest = float(steps.max(initial=0.0))
-    return int(np.clip(math.ceil(longest * stiff / STEP_PER_TIME_CONSTANT), 2, MOST_SUBSTEPS))
 
 
 def settle(run: Callable[[int], Floats], substeps: int, tolerance: float = POSITION_TOLERANCE) -> tuple[int, Floats]:

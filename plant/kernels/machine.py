@@ -1,0 +1,337 @@
+"""Eq. (5) with any subset of effects, for `LANES` candidates at once: the one law of simulator and fitter.
+
+The sub-step is that of `step.py`: position drifts by half a step, forces that depend on position or time are taken
+there, the velocity is solved twice with set-valued friction, position drifts again. Two masses (spring, damper, free
+travel) are eliminated to one equation for the load; LuGre's bristle is integrated exactly for frozen speed, so that
+neither needs a smaller step for stability, only for accuracy. Row names: `laws.py`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from plant.kernels.exponential import exp_neg
+from plant.kernels.laws import (
+    AFTER,
+    AGAINST,
+    AHEAD,
+    BACKWARD,
+    BRISTLE,
+    BRISTLE_DAMPING,
+    BRISTLE_STIFFNESS,
+    BUMP,
+    COULOMB,
+    DAMPING,
+    DECAYS,
+    DOWN,
+    DRAG,
+    DRIVE,
+    END,
+    EXTRA,
+    FOLLOWS,
+    FORCE,
+    FORWARD,
+    FRICTION,
+    HALF_GAP,
+    HELD,
+    INVERSE_STRIBECK,
+    LANES,
+    LEVEL,
+    MASS,
+    MIDDLE,
+    MOTOR_AHEAD,
+    MOTOR_FORCE,
+    MOTOR_MASS,
+    MOTOR_MIDDLE,
+    MOTOR_POSITION,
+    MOTOR_SPEED,
+    POSITION,
+    RESIST,
+    RISE,
+    SPEED,
+    STAGE_FORCE,
+    STAGE_LEVEL,
+    START,
+    STIFFNESS,
+    TO_DRIVE,
+    TO_STAGE,
+    TO_STEP,
+    TRANSMITTED,
+    UP,
+    VELOCITY,
+    VISCOUS,
+    VISCOUS_BACKWARD,
+    VISCOUS_FORWARD,
+    address,
+    call,
+    rows,
+)
+from plant.kernels.step import FASTMATH
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+TWO_MASSES, WITH_BRISTLES = 1, 2  # bits of `structure`
+SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _lay_out(b: Floats, fraction: float, half: float, two: bool) -> None:
+    """Mid-step position and drive force, and neutral values where the laws will add."""
+    for j in range(LANES):
+        b[DRIVE + j] = b[START + j] + fraction * (b[END + j] - b[START + j])
+        b[VELOCITY + j] = b[SPEED + j]
+        b[AHEAD + j] = b[SPEED + j]
+        b[MIDDLE + j] = b[POSITION + j] + half * b[SPEED + j]
+        b[FORCE + j] = 0.0
+        b[MOTOR_FORCE + j] = 0.0
+        b[FORWARD + j] = 1.0
+        b[BACKWARD + j] = 1.0
+        b[RISE + j] = 0.0
+        b[LEVEL + j] = 0.0
+        b[VISCOUS_FORWARD + j] = b[VISCOUS + j]
+        b[VISCOUS_BACKWARD + j] = b[VISCOUS + j]
+        b[DRAG + j] = 0.0
+        b[STAGE_LEVEL + j] = 0.0
+        b[STAGE_FORCE + j] = 0.0
+    if two:
+        for j in range(LANES):
+            b[MOTOR_MIDDLE + j] = b[MOTOR_POSITION + j] + half * b[MOTOR_SPEED + j]
+            b[MOTOR_AHEAD + j] = b[MOTOR_SPEED + j]
+    else:
+        for j in range(LANES):
+            b[MOTOR_MIDDLE + j] = b[MIDDLE + j]
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _dispatch(b: Floats, laws: Ints, phase: int, t: float, h: float) -> None:
+    """Call the laws of one phase."""
+    base = address(b)
+    for i in range(laws.shape[0]):
+        if laws[i, 0] == phase:
+            call(laws[i, 1], t, h, base + 8 * laws[i, 2], base + 8 * laws[i, 3], base)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _carry(b: Floats, two: bool) -> None:
+    """Estimate the force that the transmission carries: the drive force, or that of the spring between two masses."""
+    if two:
+        for j in range(LANES):
+            stretch = b[MOTOR_MIDDLE + j] - b[MIDDLE + j]
+            pressed = stretch - min(max(stretch, -b[HALF_GAP + j]), b[HALF_GAP + j])
+            b[TRANSMITTED + j] = b[STIFFNESS + j] * pressed
+    else:
+        for j in range(LANES):
+            b[TRANSMITTED + j] = b[DRIVE + j]
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _resist(b: Floats) -> None:
+    """Dry level each way and viscous coefficient at the estimated velocity; HELD acts whatever happens."""
+    for j in range(LANES):
+        velocity = 0.5 * (b[SPEED + j] + b[AHEAD + j])
+        speed = abs(velocity)
+        bump = b[BUMP + j] + b[RISE + j]
+        level = b[COULOMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
+        added = b[LEVEL + j] + b[STAGE_LEVEL + j]
+        up, down = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
+        b[VELOCITY + j] = velocity
+        b[UP + j] = max(level * b[FORWARD + j] + added, 0.0)
+        b[DOWN + j] = max(level * b[BACKWARD + j] + added, 0.0)
+        b[RESIST + j] = (up if velocity >= 0.0 else down) + b[DRAG + j] * speed
+        b[HELD + j] = 0.0
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _bristles(b: Floats, h: float) -> None:
+    """Replace the set-valued friction by LuGre's: z' = v - lambda z, lambda = sigma_0 |v|/g, exact for frozen speed.
+
+    The mean over the sub-step is linear in the mid-step velocity V: F = HELD + RESIST V.
+    """
+    for j in range(LANES):
+        velocity = b[VELOCITY + j]
+        up, down = b[UP + j], b[DOWN + j]
+        level = max(up if velocity >= 0.0 else down, 1e-9)
+        sigma0, sigma1 = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j]
+        rate = sigma0 * abs(velocity) / level
+        x = rate * h
+        safe = max(x, SMALL)
+        keeps = (1.0 - exp_neg(safe)) / safe
+        keeps = keeps if x > SMALL else 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
+        gains = (1.0 - keeps) / safe
+        gains = gains if x > SMALL else 0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0)))
+        b[FOLLOWS + j] = h * keeps
+        b[DECAYS + j] = x * keeps
+        b[HELD + j] = (sigma0 - sigma1 * rate) * keeps * b[BRISTLE + j]
+        b[RESIST + j] += sigma0 * gains * h + sigma1 * keeps
+        b[UP + j] = 0.0
+        b[DOWN + j] = 0.0
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _solve_one(b: Floats, inverse_h: float) -> None:
+    """Velocity of a single mass at the end of the sub-step."""
+    for j in range(LANES):
+        v = b[SPEED + j]
+        force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
+        half = 0.5 * b[RESIST + j]
+        inertia = b[MASS + j] * inverse_h
+        q = (inertia - half) * v + (force - b[HELD + j])
+        dry = min(max(q, -b[DOWN + j]), b[UP + j])
+        inverse = 1.0 / (inertia + half)
+        ahead = (q - dry) * inverse
+        b[AHEAD + j] = ahead
+        b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _resist_and_solve(b: Floats, inverse_h: float) -> None:
+    """`_resist` and `_solve_one` in one pass without the rows between them: the common case, twice as fast."""
+    for j in range(LANES):
+        v = b[SPEED + j]
+        velocity = 0.5 * (v + b[AHEAD + j])
+        speed = abs(velocity)
+        level = b[COULOMB + j] + (b[BUMP + j] + b[RISE + j]) * exp_neg(speed * b[INVERSE_STRIBECK + j])
+        added = b[LEVEL + j] + b[STAGE_LEVEL + j]
+        forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
+        half = 0.5 * ((forward if velocity >= 0.0 else backward) + b[DRAG + j] * speed)
+        force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
+        inertia = b[MASS + j] * inverse_h
+        q = (inertia - half) * v + force
+        up = max(level * b[FORWARD + j] + added, 0.0)
+        down = max(level * b[BACKWARD + j] + added, 0.0)
+        dry = min(max(q, -down), up)
+        ahead = (q - dry) / (inertia + half)
+        b[AHEAD + j] = ahead
+        b[VELOCITY + j] = 0.5 * (v + ahead)
+        b[FRICTION + j] = dry + half * (v + ahead)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _solve_two(b: Floats, h: float, inverse_h: float) -> None:
+    """Velocities of load and motor: the motor is eliminated from the implicit midpoint rule of the pair."""
+    for j in range(LANES):
+        v, w = b[SPEED + j], b[MOTOR_SPEED + j]
+        gap = b[HALF_GAP + j]
+        stretch = b[MOTOR_POSITION + j] - b[POSITION + j]
+        expected = stretch + 0.25 * h * ((w + b[MOTOR_AHEAD + j]) - (v + b[AHEAD + j]))
+        side = 1.0 if expected >= 0.0 else -1.0
+        touches = 1.0 if side * expected >= gap else 0.0
+        stiffness, damping = touches * b[STIFFNESS + j], touches * b[DAMPING + j]
+        spring = stiffness * (stretch - side * gap)
+        coupling = 0.5 * h * stiffness + damping
+        motor = 2.0 * b[MOTOR_MASS + j] * inverse_h
+        load = b[MASS + j] * inverse_h
+        share = coupling / (motor + coupling)
+        on_motor = motor * w + b[DRIVE + j] - b[MOTOR_FORCE + j] - spring
+        on_load = spring + share * on_motor - b[AGAINST + j] - b[FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
+        half = 0.5 * b[RESIST + j]
+        resist = half + 0.5 * share * motor
+        q = (load - resist) * v + (on_load - b[HELD + j])
+        dry = min(max(q, -b[DOWN + j]), b[UP + j])
+        inverse = 1.0 / (load + resist)
+        ahead = (q - dry) * inverse
+        middle = (on_motor + 0.5 * coupling * (v + ahead)) / (motor + coupling)
+        b[AHEAD + j] = ahead
+        b[MOTOR_AHEAD + j] = 2.0 * middle - w
+        b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _move(b: Floats, h: float, two: bool, bristles: bool) -> None:
+    """Second half of the drift; speeds and bristles reach the end of the sub-step."""
+    half = 0.5 * h
+    for j in range(LANES):
+        both = b[SPEED + j] + b[AHEAD + j]
+        b[POSITION + j] += half * both
+        b[VELOCITY + j] = 0.5 * both
+        b[SPEED + j] = b[AHEAD + j]
+    if two:
+        for j in range(LANES):
+            b[MOTOR_POSITION + j] += half * (b[MOTOR_SPEED + j] + b[MOTOR_AHEAD + j])
+            b[MOTOR_SPEED + j] = b[MOTOR_AHEAD + j]
+    if bristles:
+        for j in range(LANES):
+            b[BRISTLE + j] += b[FOLLOWS + j] * b[VELOCITY + j] - b[DECAYS + j] * b[BRISTLE + j]
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, substeps: int) -> None:
+    """Advance a block of `LANES` machines by one sample; the caller may change states and `EXTRA` between samples.
+
+    Args:
+        b: the block: rows as named in `laws.py`, then the effects' states and parameters. (rows * LANES,)
+        laws: phase, address, first parameter, first state (offsets into `b`) of each law. (l, 4)
+        structure: 0, `TWO_MASSES`, `WITH_BRISTLES`, or both.
+        t: time since the start of the recording. [s]
+        h: time to the next sample. [s]
+        substeps: >= 1.
+    """
+    two, bristles, many = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0, laws.shape[0] > 0
+    block = rows(b)
+    step = h / substeps
+    inverse = 1.0 / step
+    for i in range(substeps):
+        middle = t + (i + 0.5) * step
+        _lay_out(block, (i + 0.5) / substeps, 0.5 * step, two)
+        if many:
+            _dispatch(block, laws, TO_DRIVE, middle, step)
+            _carry(block, two)
+            _dispatch(block, laws, TO_STEP, middle, step)
+        for _stage in range(2):
+            if many:
+                _dispatch(block, laws, TO_STAGE, middle, step)
+            if structure == 0:
+                _resist_and_solve(block, inverse)
+            else:
+                _resist(block)
+                if bristles:
+                    _bristles(block, step)
+                if two:
+                    _solve_two(block, step, inverse)
+                else:
+                    _solve_one(block, inverse)
+        _move(block, step, two, bristles)
+        if many:
+            _dispatch(block, laws, AFTER, middle, step)
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+def run(
+    b: Floats,
+    laws: Ints,
+    structure: int,
+    t: Floats,
+    start: Floats,
+    end: Floats,
+    substeps: int,
+    observed: int,
+    out: Floats,
+) -> None:
+    """Advance one block over n samples.
+
+    Args:
+        b: the block at the first sample; left at the last. (rows * LANES,)
+        laws: as in `advance_sample`. (l, 4)
+        structure: as in `advance_sample`.
+        t: time stamps since the start of the recording. [s] (n,)
+        start: drive force just after each sample; one column for all lanes, or one each. [N] (n - 1, 1 or LANES)
+        end: drive force just before the next sample. [N] likewise
+        substeps: per sample, >= 1.
+        observed: offset of the measured position, `POSITION` or `MOTOR_POSITION`.
+        out: observed position [m], its velocity [m/s], friction force [N] at each sample. (n, 3, LANES)
+    """
+    speed = SPEED if observed == POSITION else MOTOR_SPEED
+    own = start.shape[1] == LANES
+    for k in range(t.shape[0]):
+        for j in range(LANES):
+            out[k, 0, j], out[k, 1, j], out[k, 2, j] = b[observed + j], b[speed + j], b[FRICTION + j]
+        if k + 1 < t.shape[0]:
+            for j in range(LANES):
+                b[START + j], b[END + j] = start[k, j if own else 0], end[k, j if own else 0]
+            advance_sample(b, laws, structure, t[k], t[k + 1] - t[k], substeps)
+    if t.shape[0] > 1:
+        for j in range(LANES):
+            out[0, 2, j] = out[1, 2, j]

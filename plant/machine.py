@@ -1,0 +1,282 @@
+"""A machine with effects, ready to march: constants of eq. (5), laws, and the block that the kernel reads.
+
+One `Plan` per set of effects, many candidates: simulator, closed loop, predictor and diagnosis all start here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.effects import EffectValues, find_all
+from plant.effects.effect import Effect, Surroundings
+from plant.errors import InputError
+from plant.kernels import laws as row
+from plant.kernels.laws import LANES, ROWS
+from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, run
+from plant.kernels.shift import delay_all
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STEP_PER_TIME_CONSTANT = 0.12  # sub-step over the shortest time constant; 2 or 3 sub-steps in the paper's case
+LONGEST_FINE_STEP = 2.5e-4  # s; two masses and bristles
+MOST_SUBSTEPS = 1024  # per sample: beyond it a run does not converge, it is chaotic
+TYPICAL_SPEED = 0.5  # m/s or rad/s, where none is given
+
+
+@dataclass(slots=True)
+class Machine:
+    """m candidates in the making; `Effect.prepare` may change every field.
+
+    Attributes:
+        surroundings: what does not depend on the candidate.
+        friction: rows F_c, F_s [N], v_s [m/s], F_v [N·s/m]. (4, m)
+        mass: m_e. [kg] (m,)
+        against: M g + constant force. [N] (m,)
+        motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
+        stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
+        bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
+        delay: dead time of the input. [s] (m,)
+        two_masses, bristles: structure.
+    """
+
+    surroundings: Surroundings
+    friction: Floats
+    mass: Floats
+    against: Floats
+    motor_mass: Floats = field(init=False)
+    stiffness: Floats = field(init=False)
+    damping: Floats = field(init=False)
+    half_gap: Floats = field(init=False)
+    bristle_stiffness: Floats = field(init=False)
+    bristle_damping: Floats = field(init=False)
+    delay: Floats = field(init=False)
+    two_masses: bool = False
+    bristles: bool = False
+
+    def __post_init__(self) -> None:
+        """Start rigid and without delay."""
+        for name in ("motor_mass", "stiffness", "damping", "half_gap", "bristle_stiffness", "bristle_damping", "delay"):
+            setattr(self, name, np.zeros_like(self.mass))
+
+    def split(self, effect: str) -> None:
+        """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
+        share = self.surroundings.need_two_masses(effect)
+        if not self.two_masses:
+            self.two_masses, self.motor_mass = True, share * self.mass
+
+    def reduced_mass(self) -> Floats:
+        """Mass that oscillates between the two sides. [kg] (m,)"""
+        reduced: Floats = self.motor_mass * (self.mass - self.motor_mass) / self.mass
+        return reduced
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocks:
+    """m candidates as the kernel wants them. Addresses in `laws` belong to this process: do not send to another.
+
+    Attributes:
+        b: one block per `LANES` candidates; the last is filled up with copies. (ceil(m / LANES), rows * LANES)
+        laws: phase, address, offset of parameters, offset of states. (l, 4)
+        structure: for the kernel.
+        observed: offset of the measured position, `POSITION` or `MOTOR_POSITION`; the speed is in the row after it
+            where two masses are measured at the motor, else in row `SPEED`.
+        delay: dead time of each candidate. [s] (m,)
+        rate: fastest rate of each candidate. [1/s] (m,)
+    """
+
+    b: Floats
+    laws: Ints
+    structure: int
+    observed: int
+    delay: Floats
+    rate: Floats
+
+    @property
+    def speed(self) -> int:
+        """Offset of the measured position's speed."""
+        return row.MOTOR_SPEED if self.observed == row.MOTOR_POSITION else row.SPEED
+
+    def put(self, offset: int, values: Floats | float) -> None:
+        """Set one row, e.g. `laws.EXTRA`, to one value per candidate, (m,), or one for all."""
+        self.b[:, offset : offset + LANES] = _lanes(np.broadcast_to(values, self.delay.shape), len(self.b))
+
+    def get(self, offset: int) -> Floats:
+        """Read one row. (m,)"""
+        return self.b[:, offset : offset + LANES].reshape(-1)[: len(self.delay)].copy()
+
+    def place(self, position: Floats | float, velocity: Floats | float, force: float) -> None:
+        """Put the measured side at `position` [m], `velocity` [m/s]; the transmission carries `force` [N] at once."""
+        self.put(row.POSITION, position)
+        self.put(row.SPEED, velocity)
+        if self.structure & TWO_MASSES:
+            carried = force / self.get(row.STIFFNESS) + math.copysign(1.0, force) * self.get(row.HALF_GAP)
+            shift = carried if self.observed == row.POSITION else -carried
+            other = row.MOTOR_POSITION if self.observed == row.POSITION else row.POSITION
+            self.put(row.MOTOR_POSITION, position)
+            self.put(row.MOTOR_SPEED, velocity)
+            self.put(other, position + shift)
+
+    def substeps(self, longest: float) -> int:
+        """Sub-steps for samples of at most `longest` seconds: a fraction of the shortest time constant.
+
+        The midpoint step errs by the square of sub-step over time constant. Of many candidates the stiffest tenth does
+        not count: a genetic search would pay for candidates it is about to throw away.
+        """
+        step = STEP_PER_TIME_CONSTANT / max(float(np.quantile(self.rate, 0.9, method="lower")), 1e-9)
+        if self.structure:
+            step = min(step, LONGEST_FINE_STEP)
+        return int(np.clip(math.ceil(longest / step * (1.0 - 1e-9)), 2, MOST_SUBSTEPS))
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A set of effects in known surroundings: from numbers to blocks.
+
+    Attributes:
+        surroundings: what does not depend on the candidate.
+        effects: in the order in which their laws run.
+    """
+
+    surroundings: Surroundings
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def parameters(self) -> tuple[tuple[str, str], ...]:
+        """(effect, parameter) for each row of `values`, nuisances included."""
+        return tuple((effect.name, p.name) for effect in self.effects for p in effect.parameters)
+
+    def blocks(
+        self,
+        friction: Floats,
+        values: Floats,
+        *,
+        mass: Floats | float | None = None,
+        constant_force: Floats | float = 0.0,
+        speed: float = TYPICAL_SPEED,
+    ) -> Blocks:
+        """Lay out m candidates; values are trusted (`Effect.values` checks them).
+
+        Args:
+            friction: rows F_c, F_s [N], v_s [m/s], F_v [N·s/m]. (4, m)
+            values: one row per entry of `parameters`. (p, m)
+            mass: m_e; None takes M + J/R_c². [kg] (m,)
+            constant_force: on the friction side. [N] (m,)
+            speed: typical speed, for the sub-steps. [m/s]
+        """
+        mechanics = self.surroundings.mechanics
+        m = friction.shape[1]
+        full = np.zeros(m)
+        masses = full + (mechanics.moving_mass if mass is None else mass)
+        machine = Machine(self.surroundings, friction, masses, mechanics.weight + constant_force + full)
+        rate = np.maximum(abs(friction[1] - friction[0]) / friction[2], friction[3]) / masses
+        states: list[float] = []
+        rows: list[Floats] = []
+        table: list[tuple[int, int, int, int]] = []
+        at = 0
+        for effect in self.effects:
+            mine, at = values[at : at + len(effect.parameters)], at + len(effect.parameters)
+            if effect.vanishes(mine):
+                continue
+            first_row = sum(map(len, rows))
+            rows.append(effect.prepare(mine, machine))
+            rate = np.maximum(rate, effect.rate(mine, machine, speed))
+            table += [(law.phase, law.address, first_row, len(states)) for law in effect.laws]
+            states += effect.initial
+        count = -(-m // LANES)
+        b = np.zeros((count, (ROWS + len(states) + sum(map(len, rows))) * LANES))
+        for offset, row_values in _constants(machine).items():
+            b[:, offset : offset + LANES] = _lanes(row_values, count)
+        for i, initial in enumerate(states):
+            b[:, (ROWS + i) * LANES : (ROWS + i + 1) * LANES] = initial
+        base = ROWS + len(states)
+        for i, row_values in enumerate(r for block in rows for r in block):
+            b[:, (base + i) * LANES : (base + i + 1) * LANES] = _lanes(row_values, count)
+        laws = [(phase, address, (base + p) * LANES, (ROWS + x) * LANES) for phase, address, p, x in table]
+        at_motor = machine.two_masses and self.surroundings.sensor_at_motor
+        structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
+        observed = row.MOTOR_POSITION if at_motor else row.POSITION
+        return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, rate)
+
+
+def plan(surroundings: Surroundings, names: tuple[str, ...]) -> Plan:
+    """The plan for the effects called `names`.
+
+    Raises:
+        InputError: a name that is not known, or that occurs twice.
+    """
+    if len(set(names)) != len(names):
+        raise InputError(f"an effect is named twice: {', '.join(names)}")
+    return Plan(surroundings, find_all(names))
+
+
+def checked_values(plan: Plan, effects: EffectValues) -> Floats:
+    """Values in the order of `Plan.parameters`, defaults filled in, each checked. (p, 1)."""
+    given: Mapping[str, Mapping[str, float]] = effects
+    mechanics = plan.surroundings.mechanics
+    numbers = [value for effect in plan.effects for value in effect.values(given[effect.name], mechanics)]
+    return np.array(numbers, dtype=np.float64).reshape(-1, 1)
+
+
+def march(blocks: Blocks, t: Floats, start: Floats, end: Floats, substeps: int) -> Floats:
+    """March all candidates from where `Blocks.place` put them; leaves them at the last sample.
+
+    Args:
+        blocks: the machines.
+        t: time stamps since the start of the recording. [s] (n,)
+        start: drive force just after each sample. [N] (n - 1,)
+        end: drive force just before the next. [N] (n - 1,)
+        substeps: per sample, >= 1.
+
+    Returns:
+        Measured position [m], its velocity [m/s], friction force [N]: shape (3, n, m).
+    """
+    count, m = len(blocks.b), len(blocks.delay)
+    out = np.empty((count, len(t), 3, LANES))
+    for i in range(count):
+        delays = _lanes(blocks.delay, count)[i]
+        if not delays.any():
+            first, last = start[:, np.newaxis].copy(), end[:, np.newaxis].copy()
+        else:
+            first, last = delayed_columns(t, start, end, delays)
+        run(blocks.b[i], blocks.laws, blocks.structure, t, first, last, substeps, blocks.observed, out[i])
+    return out.transpose(2, 1, 0, 3).reshape(3, len(t), count * LANES)[:, :, :m]
+
+
+def delayed_columns(t: Floats, start: Floats, end: Floats, delays: Floats) -> tuple[Floats, Floats]:
+    """Drive force for each delay: start and end of each sample. [N] (n - 1, len(delays)) each."""
+    first, last = np.empty((len(delays), len(start))), np.empty((len(delays), len(start)))
+    for j, delay in enumerate(delays):
+        delay_all(t, np.ascontiguousarray(start), np.ascontiguousarray(end), delay, first[j], last[j])
+    return np.ascontiguousarray(first.T), np.ascontiguousarray(last.T)
+
+
+def _constants(machine: Machine) -> dict[int, Floats]:
+    coulomb, static, stribeck, viscous = machine.friction
+    return {
+        row.COULOMB: coulomb,
+        row.BUMP: static - coulomb,
+        row.INVERSE_STRIBECK: 1.0 / stribeck,
+        row.VISCOUS: viscous,
+        row.MASS: machine.mass - machine.motor_mass,
+        row.AGAINST: machine.against,
+        row.MOTOR_MASS: machine.motor_mass,
+        row.STIFFNESS: machine.stiffness,
+        row.DAMPING: machine.damping,
+        row.HALF_GAP: machine.half_gap,
+        row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
+        row.BRISTLE_DAMPING: machine.bristle_damping,
+    }
+
+
+def _lanes(values: Floats, count: int) -> Floats:
+    """(m,) -> (count, LANES), filled up with the last candidate. A row of one value fills all."""
+    padded = np.empty(count * LANES)
+    padded[: len(values)] = values
+    padded[len(values) :] = values[-1]
+    return padded.reshape(count, LANES)
