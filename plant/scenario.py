@@ -10,13 +10,14 @@ import dataclasses
 import datetime as dt
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from plant.ageing import DAY, Ageing, Condition, Moment
 from plant.axis import Axis
+from plant.effects import EffectValues
 from plant.errors import ParameterError
 from plant.excitation import Excitation
 from plant.friction import StribeckFriction
@@ -99,7 +100,7 @@ class Scenario:
         bursts: when.
         sensors: what they do to the samples.
         ageing: what the months do to the axis.
-        effects: named effects that are there from the start.
+        effects: named effects that are there from the start: name -> parameter -> value.
         seed: of everything that happens by chance.
         description: one line for people.
     """
@@ -111,7 +112,7 @@ class Scenario:
     bursts: Bursts
     sensors: Sensors = Sensors()  # noqa: RUF009  # frozen
     ageing: Ageing = Ageing()  # noqa: RUF009  # frozen
-    effects: tuple[object, ...] = ()
+    effects: EffectValues = field(default_factory=dict)
     seed: int = 0
     description: str = ""
 
