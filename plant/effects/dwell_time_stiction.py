@@ -10,14 +10,14 @@ from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import AFTER, LANES, RISE, SPEED, TO_STEP, VELOCITY, Rows, law
 
-SLIP = 0.3e-3  # m: 4 % are left after a millimetre
+SLIP = 0.5e-3  # m: 14 % are left after a millimetre
 
 
 @law(TO_STEP)
 def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         renews = 1.0 / p[LANES + j]
-        rate = renews + abs(b[SPEED + j]) / SLIP
+        rate = renews + abs(b[SPEED + j]) / p[2 * LANES + j]
         goal = renews / rate
         b[RISE + j] += p[j] * (goal + (x[j] - goal) * exp_neg(0.5 * h * rate))
 
@@ -26,7 +26,7 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         renews = 1.0 / p[LANES + j]
-        rate = renews + abs(b[VELOCITY + j]) / SLIP
+        rate = renews + abs(b[VELOCITY + j]) / p[2 * LANES + j]
         goal = renews / rate
         x[j] = goal + (x[j] - goal) * exp_neg(h * rate)
 
@@ -36,6 +36,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("stiction_rise", "N", (0.0, 200.0), absent=0.0, about="A"),
         Parameter("time_constant", "s", (0.01, 100.0), (1e-3, 1e6), about="τ"),
+        Parameter("slip", "m", (1e-4, 2e-3), (1e-7, 1.0), default=SLIP, reported=False, about="d"),
     ),
     laws=(_rise, _age),
     initial=(0.0,),

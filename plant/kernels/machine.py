@@ -121,7 +121,8 @@ def _carry(b: Floats, two: bool) -> None:
         for j in range(LANES):
             stretch = b[MOTOR_MIDDLE + j] - b[MIDDLE + j]
             pressed = stretch - min(max(stretch, -b[HALF_GAP + j]), b[HALF_GAP + j])
-            b[TRANSMITTED + j] = b[STIFFNESS + j] * pressed
+            damping = b[DAMPING + j] if pressed != 0.0 else 0.0
+            b[TRANSMITTED + j] = b[STIFFNESS + j] * pressed + damping * (b[MOTOR_SPEED + j] - b[SPEED + j])
     else:
         for j in range(LANES):
             b[TRANSMITTED + j] = b[DRIVE + j]
