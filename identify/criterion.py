@@ -62,7 +62,7 @@ def restarted(samples: Samples, run_length: float = RUN_LENGTH) -> tuple[Samples
 def short_run_criterion(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> float:
     """Eq. (4) of unknowns x over restarted free runs: squared errors over squares of the centred position. [1]"""
     samples, states = restarted(problem.samples, run_length)
-    cut = FrictionProblem(samples, problem.axis, scales=problem.scales, first_state=states)
+    cut = problem.on(samples, states)
     y = np.concatenate([x[: problem.p], np.zeros(2 * samples.runs)])
     error = cut.errors(y[None], FREE)[:, 0]
     return float(error @ error) / float(np.sum((samples.position - samples.position.mean()) ** 2))

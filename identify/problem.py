@@ -85,6 +85,10 @@ class FrictionProblem:
             longest_substep=longest_substep,
         )
 
+    def on(self, samples: Samples, first_state: Floats | None = None) -> FrictionProblem:
+        """The same model on other samples, in the same scales."""
+        return FrictionProblem(samples, self.axis, scales=self.scales, first_state=first_state)
+
     @property
     def size(self) -> int:
         """Number of unknowns."""
