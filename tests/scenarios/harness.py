@@ -90,6 +90,13 @@ class Plant:
             raise AssertionError(f"the daemon ended with {self.process.returncode}: {self.log}")
         return "watching" in self.log
 
+    def try_another(self):
+        """Start one more on the same configuration; its exit code and what it said."""
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(ROOT / ".cache" / "numba")}
+        command = [sys.executable, "-m", "monitor", "run", "--config", str(self.config)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=environment, timeout=60)
+        return done.returncode, done.stderr
+
     def kill(self):
         self.process.send_signal(signal.SIGKILL)
         self.process.wait(10)
