@@ -1,34 +1,46 @@
 """dwell_time_stiction: F_s(t_rest) = F_s + A (1 - exp(-t_rest/τ)), gone after about a millimetre of slip.
 
-As a contact age x between 0 and 1, x' = (1 - x)/τ - |v| x/d, F_s + A x: the equation above while at rest, and a decay
-over d of slip while moving. Young (0) at the start of a recording.
+As a contact age x between 0 and 1, with F_s + A x: x' = (1 - x)/τ at rest, x' = -|v| x/d while moving. Young (0) at the
+start of a recording. Bristles never rest exactly: below REST_SPEED they count as resting.
 """
 
 from __future__ import annotations
 
+from numba import njit
+
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
-from plant.kernels.laws import AFTER, LANES, RISE, SPEED, TO_STEP, VELOCITY, Rows, law
+from plant.kernels.laws import AFTER, BRISTLE_STIFFNESS, LANES, RISE, SPEED, TO_STEP, VELOCITY, Rows, law
+from plant.kernels.step import FASTMATH
 
 SLIP = 0.5e-3  # m: 14 % are left after a millimetre
+REST_SPEED = 1e-4  # m/s, with bristles; without them rest is exact
+AT_REST = 1e-9  # m/s
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _older(age: float, rest: float, slipped: float) -> float:
+    """Contact age after `rest` time constants at rest and `slipped` slip lengths of motion."""
+    return (1.0 - (1.0 - age) * exp_neg(rest)) * exp_neg(slipped)
 
 
 @law(TO_STEP)
 def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        renews = 1.0 / p[LANES + j]
-        rate = renews + abs(b[SPEED + j]) / p[2 * LANES + j]
-        goal = renews / rate
-        b[RISE + j] += p[j] * (goal + (x[j] - goal) * exp_neg(0.5 * h * rate))
+        speed = abs(b[SPEED + j])
+        slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
+        rest = 0.5 * h / p[LANES + j] if speed < slow else 0.0
+        b[RISE + j] += p[j] * _older(x[j], rest, 0.5 * h * speed / p[2 * LANES + j])
 
 
 @law(AFTER)
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        renews = 1.0 / p[LANES + j]
-        rate = renews + abs(b[VELOCITY + j]) / p[2 * LANES + j]
-        goal = renews / rate
-        x[j] = goal + (x[j] - goal) * exp_neg(h * rate)
+        last = b[SPEED + j]
+        first = 2.0 * b[VELOCITY + j] - last
+        slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
+        rested = (0.5 if abs(first) < slow else 0.0) + (0.5 if abs(last) < slow else 0.0)
+        x[j] = _older(x[j], rested * h / p[LANES + j], h * abs(b[VELOCITY + j]) / p[2 * LANES + j])
 
 
 EFFECT = Effect(
