@@ -200,7 +200,7 @@ def read_axes(config: Config) -> dict[str, Axis]:
 
 def _first_problem(error: ValidationError) -> str:
     """Say the first problem in one line: the key, what is wrong with it, what is allowed."""
-    problem = error.errors(include_url=False)[0]
+    problem = min(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")  # typos first
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] == "extra_forbidden":
         key = str(problem["loc"][-1])

@@ -75,7 +75,7 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
         **heard.summary(),
         "figures": {
             "seconds": round(time.monotonic() - begun, 3),
-            "seconds_to_alert": heard.first_alert_s,
+            "seconds_to_alert": None if heard.first_alert_s is None else round(heard.first_alert_s, 3),
             "event_days": round(heard.days, 3),
             "samples": heard.status.get("samples", 0),
             "missing": heard.status.get("missing", 0),
