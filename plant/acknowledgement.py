@@ -18,9 +18,10 @@ def committed_seq(payload: bytes, epoch: int) -> int:
         status = json.loads(payload)
     except (ValueError, RecursionError):
         return -1
-    if not isinstance(status, dict) or status.get("epoch") != epoch:
+    committed = status.get("committed") if isinstance(status, dict) else None
+    if not isinstance(committed, dict) or committed.get("epoch") != epoch:
         return -1
-    seq = status.get("committed_seq")
+    seq = committed.get("seq")
     return seq if type(seq) is int else -1
 
 
