@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,9 +12,10 @@ from identify.criterion import short_run_criterion
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, uninformative, unusable
 from identify.observer import gain_table
+from identify.outliers import late_outliers, without
 from identify.paper_method import identify_as_in_the_paper
 from identify.polish import polish
-from identify.preprocess import prepare
+from identify.preprocess import Samples, prepare
 from identify.problem import FrictionProblem
 from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
 from identify.search import SearchResult, observer_search
@@ -65,9 +67,10 @@ def identify_friction(
     reason = too_broken(samples)
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
-    problem = FrictionProblem(samples, axis)
-    found = observer_search(problem, np.random.default_rng(seed), None if start is None else problem.encode(start))
-    problem, found = finish(problem, found)
+    problem, found = fit(samples, axis, np.random.default_rng(seed), start)
+    samples = problem.samples
+    if samples.mended_force:
+        samples, problem, found = _ask_the_position(recording, problem, found)
     spread = uncertainty(problem, found.x, found.gain)
     parameters = describe(problem, found.x, spread)
     usual, fastest = median_speed(samples)
@@ -91,6 +94,36 @@ def identify_friction(
         observer=(float(found.setting[0]), float(found.setting[1])),
         preprocessing=samples.removed,
     )
+
+
+def fit(
+    samples: Samples, axis: Axis, rng: np.random.Generator, start: Mapping[str, float] | None = None
+) -> tuple[FrictionProblem, SearchResult]:
+    """Search, polish in fine steps, and once more without the outliers that only the model could tell."""
+    problem = FrictionProblem(samples, axis)
+    found = observer_search(problem, rng, None if start is None else problem.encode(start))
+    problem, found = finish(problem, found)
+    bad = late_outliers(problem, found.x, found.gain)
+    if not bad.any():
+        return problem, found
+    fewer = without(samples, bad)
+    note = f"position outliers against the fitted model not used: {np.count_nonzero(bad)}"
+    return finish(problem.masked(dataclasses.replace(fewer, removed=(*samples.removed, note))), found)
+
+
+def _ask_the_position(
+    recording: Recording, problem: FrictionProblem, found: SearchResult
+) -> tuple[Samples, FrictionProblem, SearchResult]:
+    """Keep replaced force spikes replaced, unless the position shows that the machine felt them."""
+    felt = prepare(recording, problem.axis, repair_force=False)
+    if len(felt) != len(problem.samples):
+        return problem.samples, problem, found
+    felt = dataclasses.replace(felt, valid=problem.samples.valid, position=problem.samples.position)
+    other = problem.masked(felt)
+    if other.losses(found.x[None], found.gain)[0] >= problem.losses(found.x[None], found.gain)[0]:
+        return problem.samples, problem, found
+    other, again = finish(other, found)
+    return felt, other, again
 
 
 def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProblem, SearchResult]:

@@ -52,6 +52,7 @@ class Mender:
         """Take resolutions and the possible acceleration from `axis`; `repair_force` replaces spikes of the force."""
         self._axis, self._repair_force = axis, repair_force
         self._counts: dict[str, int] = {}
+        self.mended_force = False
 
     def mend(self, t: Floats, force: Floats, position: Floats) -> list[Piece]:
         """Runs without faults the model could not be marched over."""
@@ -77,6 +78,7 @@ class Mender:
         self._count("positions of a frozen sensor not used", int(np.count_nonzero(stuck)))
         self._count("jumps of the position zero, new run begun", len(jumps))
         odd = force_spikes(force) if self._repair_force else np.zeros(len(t), dtype=np.bool_)
+        self.mended_force = self.mended_force or bool(odd.any())
         self._count("force spikes replaced by their neighbours", int(np.count_nonzero(odd)))
         force = _bridged(t, force, ~odd)
         dead = _dead_force(t, force, self._axis.drive.force_resolution)
@@ -90,7 +92,7 @@ class Mender:
 
     def report(self) -> list[str]:
         """What was found, in words."""
-        return [f"{count} {what}" for what, count in self._counts.items()]
+        return [f"{what}: {count}" for what, count in self._counts.items()]
 
     def _count(self, what: str, count: int) -> None:
         if count:

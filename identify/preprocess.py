@@ -39,6 +39,7 @@ class Samples:
         valid: False where the position is an outlier or frozen: marched over, not compared. (n,)
         sample_time: nominal period after averaging. [s]
         linear: True when the force runs straight between samples, False when it is held.
+        mended_force: whether spikes of the force were replaced.
         removed: what each step took away or changed, in words.
     """
 
@@ -50,6 +51,7 @@ class Samples:
     valid: Bools
     sample_time: float
     linear: bool
+    mended_force: bool = False
     removed: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -147,10 +149,11 @@ def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> S
     pieces = [piece for piece in pieces if len(piece.t) >= SHORTEST_RUN and piece.valid.any()]
     if not pieces:
         return _empty(period * ratio)
-    return _joined(pieces, recording.t[0], ratio > 1 or not held, tuple(removed))
+    joined = _joined(pieces, recording.t[0], ratio > 1 or not held)
+    return dataclasses.replace(joined, mended_force=mender.mended_force, removed=tuple(removed))
 
 
-def _joined(pieces: list[Piece], zero: float, linear: bool, removed: tuple[str, ...]) -> Samples:
+def _joined(pieces: list[Piece], zero: float, linear: bool) -> Samples:
     """All pieces one after the other, as runs."""
     t = np.concatenate([piece.t for piece in pieces]) - zero
     run = np.repeat(np.arange(len(pieces)), [len(piece.t) for piece in pieces])
@@ -165,7 +168,6 @@ def _joined(pieces: list[Piece], zero: float, linear: bool, removed: tuple[str, 
         valid=np.concatenate([piece.valid for piece in pieces]),
         sample_time=float(np.median(steps[steps > 0])),
         linear=linear,
-        removed=removed,
     )
 
 

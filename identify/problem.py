@@ -89,6 +89,11 @@ class FrictionProblem:
         """The same model on other samples, in the same scales."""
         return FrictionProblem(samples, self.axis, scales=self.scales, first_state=first_state)
 
+    def masked(self, samples: Samples) -> FrictionProblem:
+        """This very problem, steps and first states included, on samples of the same runs with others left out."""
+        own = self.samples.sample_time / self.substeps
+        return self.on(samples, self.first_state).refined(own)
+
     @property
     def size(self) -> int:
         """Number of unknowns."""
