@@ -1,4 +1,8 @@
-"""Local polish: Levenberg-Marquardt on the prediction errors, within bounds, all trial steps at once."""
+"""Local polish: Levenberg-Marquardt on the prediction errors, within bounds, many points at once.
+
+One run of the predictor carries every point's trial step *and* its derivatives in its lanes: sixteen lanes cost what
+one does, so an iteration is one run where a textbook needs two, and two points cost what one does.
+"""
 
 from __future__ import annotations
 
@@ -7,58 +11,134 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.problem import FrictionProblem
+from identify.kernels.gram import gram
+from identify.problem import DIFFERENCE, FrictionProblem
 
 Floats = NDArray[np.float64]
 
-DAMPINGS = 10.0 ** np.arange(-5.0, 3.0)  # eight trial steps fill the lanes of one predictor run
-SMALL_GAIN = 1e-3  # of the loss (a log-likelihood, so an absolute number): less is not worth an iteration
+DAMPING = 1e-3  # of the normal matrix' diagonal, to begin with
+RELAX, STIFFEN = 0.1, 10.0  # of the damping after a step that gained what the model promised, and after one that lost
+STIFFEST = 1e4  # damping at which a point counts as settled
+SMALL_GAIN = 1e-2  # of the loss (a log-likelihood, so an absolute number): less is not worth an iteration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Polished:
-    """Where the polish ended: x (size,), its loss, and how many candidate runs it cost."""
+    """Where the polish of one point ended: x (size,), its loss, and how many candidate runs it cost."""
 
     x: Floats
     loss: float
     evaluations: int
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """Loss of k points, and its quadratic model: x (k, size), loss (k,), normal (k, size, size), downhill (k, size)."""
+
+    x: Floats
+    loss: Floats
+    normal: Floats
+    downhill: Floats
+
+    def take(self, index: NDArray[np.int64] | NDArray[np.bool_]) -> Linearised:
+        """The points of `index`."""
+        return Linearised(self.x[index], self.loss[index], self.normal[index], self.downhill[index])
+
+    def promise(self, x: Floats) -> Floats:
+        """What the model says the loss gains on the way to x (k, size). (k,)"""
+        step = x - self.x
+        bend = np.einsum("ki,kij,kj->k", step, self.normal, step)
+        return np.asarray(2.0 * np.einsum("ki,ki->k", step, self.downhill) - bend, dtype=np.float64)
+
+    def put(self, index: NDArray[np.int64], other: Linearised) -> None:
+        """Replace the points of `index`."""
+        self.x[index], self.loss[index] = other.x, other.loss
+        self.normal[index], self.downhill[index] = other.normal, other.downhill
+
+
 def polish(problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30) -> Polished:
-    """Descend from x until an iteration gains less than `SMALL_GAIN`; never ends higher than it began."""
-    low, high = problem.bounds
-    centre, spread = problem.prior
-    x = np.clip(x, low, high)
-    loss = float(problem.losses(x[None], gain)[0])
-    evaluations = 1
+    """Descend from x (size,) until an iteration gains less than `SMALL_GAIN`; never ends higher than it began."""
+    ends, losses, evaluations = polish_all(problem, x[None], gain, iterations)
+    return Polished(ends[0], float(losses[0]), evaluations)
+
+
+def polish_all(
+    problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30, enough: float = SMALL_GAIN
+) -> tuple[Floats, Floats, int]:
+    """Descend from each of the points x (k, size) at gains (4,) or (4, k), side by side.
+
+    A point rests when an iteration gains `enough` or less.
+
+    Returns:
+        Where they ended (k, size), their losses (k,), and the candidate runs spent.
+    """
+    gains = gain if gain.ndim == 2 else np.repeat(gain[:, None], len(x), axis=1)
+    now = linearise(problem, np.clip(x, *problem.bounds), gains)
+    evaluations = len(x) * (problem.p + 3)
+    damping = np.full(len(x), DAMPING)
+    active = np.flatnonzero(np.isfinite(now.loss))
     for _ in range(iterations):
-        error, slope = problem.jacobian(x, gain)
-        variance = float(error @ error) / len(error) + 1e-300
-        normal = slope.T @ slope / variance + np.diag(1.0 / spread**2)
-        downhill = -(slope.T @ error) / variance - (x - centre) / spread**2
-        if not (np.isfinite(normal).all() and np.isfinite(downhill).all()):
+        if not len(active):
             break
-        trials = _trial_steps(x, normal, downhill, low, high)
-        losses = problem.losses(trials, gain)
-        evaluations += problem.p + 3 + len(trials)
-        best = int(np.argmin(losses))
-        gained = loss - float(losses[best])
-        if gained > 0:
-            x, loss = trials[best], float(losses[best])
-        if gained < SMALL_GAIN:
-            break
-    return Polished(x, loss, evaluations)
+        here = now.take(active)
+        ahead = linearise(problem, _step(problem, here, damping[active]), gains[:, active])
+        evaluations += len(active) * (problem.p + 3)
+        gained = here.loss - ahead.loss
+        better = gained > 0
+        now.put(active[better], ahead.take(better))
+        as_told = gained > 0.5 * here.promise(ahead.x)
+        damping[active] *= np.where(better, np.where(as_told, RELAX, 1.0), STIFFEN)
+        active = active[np.where(better, gained > enough, damping[active] < STIFFEST)]
+    return now.x, now.loss, evaluations
 
 
-def _trial_steps(x: Floats, normal: Floats, downhill: Floats, low: Floats, high: Floats) -> Floats:
-    """One step per damping; unknowns that a bound holds back stay where they are. (8, size)"""
-    free = ~(((x <= low) & (downhill < 0)) | ((x >= high) & (downhill > 0)))
-    index = np.flatnonzero(free)
-    inner = normal[np.ix_(index, index)]
-    scale = np.diag(inner)
-    trials = np.repeat(x[None], len(DAMPINGS), axis=0)
-    damped = inner[None] + DAMPINGS[:, None, None] * np.diag(scale)[None]
-    trials[:, index] += np.linalg.solve(
-        damped, np.broadcast_to(downhill[index], (len(DAMPINGS), len(index)))[..., None]
-    )[..., 0]
-    return np.clip(trials, low, high)
+def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
+    """Losses of the points x (k, size) at gains (4, k) and their Gauss-Newton models, from forward differences.
+
+    The starts of all runs are moved together: a run's errors depend on its own start alone.
+    """
+    k, p = len(x), problem.p
+    lanes = p + 3
+    sign = np.where(x[:, :p] + DIFFERENCE > problem.bounds[1][:p], -1.0, 1.0)
+    candidates = np.repeat(x[:, None], lanes, axis=1)
+    candidates[:, 1 + np.arange(p), np.arange(p)] += sign * DIFFERENCE
+    candidates[:, p + 1, p::2] += DIFFERENCE
+    candidates[:, p + 2, p + 1 :: 2] += DIFFERENCE
+    with np.errstate(all="ignore"):
+        error = problem.errors(candidates.reshape(k * lanes, -1), np.repeat(gains, lanes, axis=1))
+        square, normal, downhill = _normal_equations(problem, error, sign)
+        variance = square / len(error) + 1e-300
+        centre, spread = problem.prior
+        loss = len(error) * np.log(variance) + (((x - centre) / spread) ** 2).sum(axis=1)
+        normal = normal / variance[:, None, None] + np.diag(1.0 / spread**2)
+        downhill = downhill / variance[:, None] - (x - centre) / spread**2
+    usable = np.isfinite(loss) & np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(downhill).all(axis=1)
+    return Linearised(x, np.where(usable, loss, np.inf), normal, downhill)
+
+
+def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> tuple[Floats, Floats, Floats]:
+    """Sums of squares (k,), J'J (k, size, size) and -J'e (k, size) from the errors of k points and of their lanes."""
+    k, p, size, lanes = len(sign), problem.p, problem.size, problem.p + 3
+    products = np.empty((problem.samples.runs, k, lanes, lanes))
+    gram(error, problem.samples.run, lanes, np.empty(lanes), products)
+    scale = np.concatenate([np.ones((k, 1)), sign / DIFFERENCE, np.full((k, 2), 1.0 / DIFFERENCE)], axis=1)
+    products *= scale[:, :, None] * scale[:, None, :]
+    normal, downhill = np.zeros((k, size, size)), np.zeros((k, size))
+    shared = products.sum(axis=0)
+    normal[:, :p, :p], downhill[:, :p] = shared[:, 1 : p + 1, 1 : p + 1], -shared[:, 0, 1 : p + 1]
+    for run, part in enumerate(products):
+        own = slice(p + 2 * run, p + 2 * run + 2)
+        normal[:, :p, own], normal[:, own, :p] = part[:, 1 : p + 1, p + 1 :], part[:, p + 1 :, 1 : p + 1]
+        normal[:, own, own], downhill[:, own] = part[:, p + 1 :, p + 1 :], -part[:, 0, p + 1 :]
+    return shared[:, 0, 0], normal, downhill
+
+
+def _step(problem: FrictionProblem, now: Linearised, damping: Floats) -> Floats:
+    """Where a damped Gauss-Newton step ends; unknowns that a bound holds back stay where they are. (k, size)"""
+    low, high = problem.bounds
+    free = ~(((now.x <= low) & (now.downhill < 0)) | ((now.x >= high) & (now.downhill > 0)))
+    normal = np.where(free[:, :, None] & free[:, None, :], now.normal, 0.0)
+    index = np.arange(problem.size)
+    normal[:, index, index] = np.where(free, normal[:, index, index] * (1.0 + damping[:, None]), 1.0)
+    steps = np.linalg.solve(normal, np.where(free, now.downhill, 0.0)[..., None])[..., 0]
+    return np.clip(now.x + steps, low, high)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,16 +12,22 @@ from numpy.typing import NDArray
 
 from identify.genetic import GeneticAlgorithm, GeneticSettings
 from identify.observer import gain_table
-from identify.polish import polish
+from identify.polish import SMALL_GAIN, linearise, polish_all
 from identify.problem import FrictionProblem
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
-START = GeneticSettings(population=48, bits=10, mutation=0.03, generations=12)
+START = GeneticSettings(population=32, bits=10, mutation=0.03, target=-np.inf, generations=6)
 FINALISTS = 3  # individuals the polish starts from
 LIKELIER = 0.5  # of log-likelihood units: a smaller gain does not count as better
+SCOUTS = 4  # random candidates that show which gain tracks
+ROUGH = 0.1  # of log-likelihood units: what an iteration must gain where the gain will change anyway
+KICK = 3.0  # standard deviations
+WEAKER = (0, 1, 3)  # half decades below the present gain, less one
+ROUNDS = 8  # of the homotopy at most; two are usual
+SAME = 0.02  # of scaled unknowns: polished points closer than this are one
 CLASSICAL = (0.5, 0.65, float(np.log(0.25)), 0.3)  # F_c, F_s, log v_s, F_v scaled: the branch of a textbook friction
-RIDGE_SPEED, RIDGE_COULOMB, RIDGE_STATIC = 0.8, 0.1, 0.6  # scaled v_s above, F_c below, F_s/F_c below: look again
 
 
 class Criterion(Protocol):
@@ -77,83 +84,111 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
         start: a known answer (size,) to try first, for instance the axis' last one; it competes, it does not bind.
     """
     gains, settings = gain_table(problem.samples.sample_time)
+    coarse = problem.refined(problem.samples.sample_time)  # one-step errors of a strong observer forgive long steps
     p = problem.p
     low, high = problem.bounds
-    gain = gains[:, _likeliest(problem, _random_start(problem, rng), gains)]
+    scouts = _with_start(problem, rng.uniform(low[:p], high[:p], size=(SCOUTS, p)))
+    gain = gains[:, _losses_by_gain(coarse, scouts, gains).min(axis=0).argmin()]
 
     def criterion(candidates: Floats) -> Floats:
-        return problem.losses(_with_start(problem, candidates), gain)
+        return coarse.losses(_with_start(problem, candidates), gain)
 
-    seeds = np.array([_classical(problem)[:p]])
-    if start is not None:
-        seeds = np.concatenate([start[None, :p], seeds])
-    ga, winners = genetic_search(criterion, (low[:p], high[:p]), START, rng, seeds)
-    evaluations = ga.generation * START.population + gains.shape[1]
-    first = [] if start is None else [start]
-    ends = [
-        homotopy(problem, x, gains, settings)
-        for x in [*first, *_with_start(problem, _finalists(winners)), _classical(problem)]
-    ]
-    best = min(ends, key=lambda end: end.criterion)
-    return SearchResult(
-        best.x, best.criterion, best.gain, best.setting, evaluations + sum(end.evaluations for end in ends)
-    )
+    seeds = np.array([_classical(problem)] if start is None else [_classical(problem), start])
+    ga, winners = genetic_search(criterion, (low[:p], high[:p]), START, rng, seeds[:, :p])
+    evaluations = ga.generation * START.population + SCOUTS * gains.shape[1]
+    points = np.concatenate([seeds, _with_start(problem, _finalists(winners))])
+    ends, losses, spent = polish_all(coarse, points, gain, 12, ROUGH)
+    found = homotopy(problem, _distinct(ends, losses, p), gains, settings, rng)
+    return dataclasses.replace(found, evaluations=found.evaluations + evaluations + spent)
 
 
-def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats) -> SearchResult:
-    """Polish at the likeliest gain of x, then weaken the observer by decades as long as that finds a likelier fit.
+class _Homotopy:
+    """Points polished at changing gains, and what that cost."""
+
+    def __init__(self, problem: FrictionProblem, gains: Floats, settings: Floats, rng: Generator) -> None:
+        self.problem, self.gains, self.settings, self.rng = problem, gains, settings, rng
+        self.evaluations = 0
+
+    def polish(self, x: Floats, index: Ints, iterations: int, enough: float) -> tuple[Floats, Floats]:
+        """Points x (k, size) polished at the gains of `index` (k,), and their losses."""
+        ends, losses, spent = polish_all(self.problem, x, self.gains[:, index], iterations, enough)
+        self.evaluations += spent
+        return ends, losses
+
+    def likeliest(self, x: Floats) -> Ints:
+        """Index of the gain at which each of x (k, size) is likeliest. (k,)"""
+        self.evaluations += len(x) * self.gains.shape[1]
+        index: Ints = _losses_by_gain(self.problem, x, self.gains).argmin(axis=1)
+        return index
+
+    def settle(self, x: Floats) -> tuple[Floats, float, int]:
+        """The best of x (k, size) after a polish at their likeliest gains: unknowns, loss, index of its gain."""
+        index = self.likeliest(x)
+        ends, losses = self.polish(x, index, 12, ROUGH)
+        best = int(np.argmin(losses))
+        return ends[best], float(losses[best]), int(index[best])
+
+    def weaker(self, index: int) -> Ints:
+        """Indices of the gains half a decade, one and two decades weaker at the same tau, and of the free run."""
+        tau, rho = self.settings[:, index]
+        same = np.flatnonzero((self.settings[0] == tau) & (self.settings[1] < rho * 0.99))[::-1]
+        return np.unique(np.append(same[[k for k in WEAKER if k < len(same)]], 0))
+
+    def kicked(self, x: Floats, index: int) -> Floats:
+        """A point a few standard deviations from x (size,), and x with every run starting at rest. (2, size)"""
+        model = linearise(self.problem, x[None], self.gains[:, [index]]).normal[0]
+        root = np.linalg.cholesky(np.linalg.pinv(model, hermitian=True) + 1e-16 * np.eye(len(x)))
+        points = np.stack([x + KICK * root @ self.rng.normal(size=len(x)), x])
+        points[1, self.problem.p + 1 :: 2] = -self.problem.first_state[:, 1] / self.problem.start_unit[1]
+        return np.clip(points, *self.problem.bounds)
+
+
+def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator) -> SearchResult:
+    """Polish points x (k, size) at their likeliest gains, then with a weaker observer as long as that is likelier.
 
     A strong observer forgives a wrong start, a weak one tells parameters apart; going from one to the other is what
-    makes blind starts converge.
+    makes blind starts converge. All weaker gains are tried at once, they share the lanes; so do kicks that get a
+    point over the kinks where a sample begins or ceases to stick, the first sample above all.
     """
-    index = _likeliest(problem, x[None], gains)
-    best = polish(problem, x, gains[:, index], 12)
-    best_index, weak, failures, evaluations = index, index, 0, best.evaluations
-    current = best
-    while failures < 2 and weak > 0:
-        weak = _weaker(weak, settings)
-        step = polish(problem, current.x, gains[:, weak], 5)
-        index = _likeliest(problem, step.x[None], gains)
-        current = polish(problem, step.x, gains[:, index], 5)
-        evaluations += step.evaluations + current.evaluations + gains.shape[1]
-        if current.loss < best.loss - LIKELIER:
-            best, best_index, weak, failures = current, index, index, 0
-        else:
-            failures += 1
-    for _ in range(3):
-        end = polish(problem, best.x, gains[:, best_index], 40)
-        evaluations += end.evaluations
-        index = _likeliest(problem, end.x[None], gains)
-        best = end
-        if index == best_index:
+    path = _Homotopy(problem, gains, settings, rng)
+    best, loss, index = path.settle(x)
+    for _ in range(ROUNDS):
+        weak = path.weaker(index)
+        points = np.concatenate([np.repeat(best[None], len(weak), axis=0), path.kicked(best, index)])
+        trials, _ = path.polish(points, np.append(weak, [index, index]), 5, ROUGH)
+        end, end_loss, end_index = path.settle(trials)
+        gained = loss - end_loss
+        if gained > 0:
+            best, loss, index = end, end_loss, end_index
+        if gained < LIKELIER:
             break
-        best_index = index
-    return SearchResult(best.x, best.loss, gains[:, best_index].copy(), settings[:, best_index].copy(), evaluations)
+    for _ in range(3):
+        ends, losses = path.polish(best[None], np.array([index]), 20, SMALL_GAIN)
+        best, loss, before = ends[0], float(losses[0]), index
+        index = int(path.likeliest(ends)[0])
+        if index == before:
+            break
+    return SearchResult(best, loss, gains[:, before].copy(), settings[:, before].copy(), path.evaluations)
 
 
-def _likeliest(problem: FrictionProblem, x: Floats, gains: Floats) -> int:
-    """Index of the gain that makes any of the candidates x (m, size) likeliest."""
-    if len(x) == 1:
-        return int(np.argmin(problem.losses(np.repeat(x, gains.shape[1], axis=0), gains)))
-    return int(np.argmin([problem.losses(x, gains[:, g]).min() for g in range(gains.shape[1])]))
+def _losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:
+    """Losses of the candidates x (k, size) at all gains (4, g). (k, g)"""
+    k, g = len(x), gains.shape[1]
+    return problem.losses(np.repeat(x, g, axis=0), np.tile(gains, k)).reshape(k, g)
 
 
-def _weaker(index: int, settings: Floats) -> int:
-    """Index of the gain one decade weaker at the same tau; the free run (0) below the weakest."""
-    tau, rho = settings[:, index]
-    weaker = np.flatnonzero((settings[0] == tau) & (settings[1] <= rho / 10 * 1.01))
-    return int(weaker[-1]) if len(weaker) else 0
+def _distinct(x: Floats, losses: Floats, p: int) -> Floats:
+    """Points x (k, size) without those that came to the same place, best first."""
+    chosen: list[Floats] = []
+    for k in np.argsort(losses):
+        if np.isfinite(losses[k]) and all(np.abs(x[k, :p] - other[:p]).max() > SAME for other in chosen):
+            chosen.append(x[k])
+    return np.array(chosen or [x[0]])
 
 
 def _with_start(problem: FrictionProblem, candidates: Floats) -> Floats:
     """Candidates (m, p) with the measured state at each run's start: (m, size)."""
     return np.concatenate([candidates, np.zeros((len(candidates), problem.size - problem.p))], axis=1)
-
-
-def _random_start(problem: FrictionProblem, rng: Generator) -> Floats:
-    """A few random candidates (8, size), to see which gain tracks."""
-    low, high = problem.bounds
-    return _with_start(problem, rng.uniform(low[: problem.p], high[: problem.p], size=(8, problem.p)))
 
 
 def _classical(problem: FrictionProblem) -> Floats:
