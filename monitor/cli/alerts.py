@@ -77,20 +77,20 @@ def _show(found: list[dict[str, Any]]) -> None:
 
 def describe(alert: dict[str, Any]) -> RenderableType:
     """One alert as a person reads it: what and since when, evidence, cause, action."""
+    from rich.console import Group
+    from rich.table import Table
     from rich.text import Text
 
-    style = STYLES.get(alert["priority"], "bold")
-    head = f"{alert['kind'].replace('_', ' ').upper()}  {alert['axis']}"
-    rest = f"  {alert['state'].replace('_', ' ')}, priority {alert['priority']}, since {alert['since'][:19]}Z\n"
-    return Text.assemble(
-        (head, style),
-        rest,
-        ("  evidence      ", "dim"),
-        f"{alert['text']}\n",
-        ("  likely cause  ", "dim"),
-        f"{alert['likely_cause']}\n",
-        ("  do            ", "dim"),
-        f"{alert['recommended_action']}\n",
-        ("  otherwise     ", "dim"),
-        f"{alert['consequence']}",
+    state = alert["state"].replace("_", " ")
+    head = Text.assemble(
+        (f"{alert['kind'].replace('_', ' ').upper()}  {alert['axis']}", STYLES.get(alert["priority"], "bold")),
+        f"  {state}, priority {alert['priority']}, since {alert['since'][:19]}Z",
     )
+    body = Table.grid(padding=(0, 2, 0, 0))
+    body.add_column(style="dim", no_wrap=True)
+    body.add_column(overflow="fold")
+    body.add_row("  evidence", alert["text"])
+    body.add_row("  likely cause", alert["likely_cause"])
+    body.add_row("  do", alert["recommended_action"])
+    body.add_row("  otherwise", alert["consequence"])
+    return Group(head, body)

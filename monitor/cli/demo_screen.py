@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from monitor.demo_run import DemoSettings
 
 BORDERS = {"high": "red", "medium": "yellow", "low": "cyan"}
+OTHERS = 68  # columns that the numbers of a row take
 LINE_EVERY = 2.0  # s between two lines where there is no terminal
 
 
@@ -85,7 +86,7 @@ class Screen:
         )
         self._console.print("Where to look next:")
         for command, purpose in where_next(result["axis"], result["state_dir"]):
-            self._console.print(f"  {_program()}{command.removeprefix('tribowatch')}   # {purpose}")
+            self._console.print(f"  {_program()}{command.removeprefix('tribowatch')}   # {purpose}", soft_wrap=True)
         self._flush()
 
     def _flush(self) -> None:
@@ -102,11 +103,8 @@ class Screen:
             f"  {heard.axis}  {heard.date}, day {heard.days:.0f}  ",
             (f"{heard.windows} windows  {samples_per_second:.0f} samples/s  {elapsed:.0f} s", "dim"),
         )
-        parts: list[Any] = [head, Text(heard.phase), make_table(COLUMNS, _rows(heard))]
+        parts: list[Any] = [head, Text(heard.phase), make_table(COLUMNS, _rows(heard, self._console.width))]
         parts += [Panel(describe(alert), border_style=BORDERS[alert["priority"]]) for alert in heard.alerts.values()]
-        if heard.alerts:
-            commands = where_next(heard.axis, str(self._settings.folder))[:2]
-            parts.append(Text("Look closer: " + "  or  ".join(command for command, _ in commands), style="dim"))
         end = "stops at the alert" if self._settings.until_alert else "^C stops"
         parts.append(Text(f"one second here is {self._settings.speed / 86400:.3g} days of the machine; {end}", "dim"))
         return Group(*parts)
@@ -115,8 +113,8 @@ class Screen:
 COLUMNS = ("parameter", ">value", "95 % interval", "unit", "trend")
 
 
-def _rows(heard: Heard) -> list[tuple[str, ...]]:
-    """One row per parameter."""
+def _rows(heard: Heard, width: int) -> list[tuple[str, ...]]:
+    """One row per parameter; the trend fills the width."""
     if heard.latest is None:
         return []
     return [
@@ -125,7 +123,7 @@ def _rows(heard: Heard) -> list[tuple[str, ...]]:
             show_number(found["value"]),
             show_interval(found["ci95"]),
             found["unit"],
-            sparkline(list(heard.trend.get(name, ())), 32),
+            sparkline(list(heard.trend.get(name, ())), min(40, max(8, width - OTHERS))),
         )
         for name, found in heard.latest["parameters"].items()
     ]

@@ -8,6 +8,7 @@ import typer
 
 from monitor.cli.options import AsCsv, AsJson, ConfigFile, StateDir, one_format, open_history
 
+FIRST = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient", "constant_force", "moving_mass")
 DETAIL_ROWS = 12  # latest points shown when one parameter is asked for
 CSV_HEADER = ("time", "parameter", "unit", "value", "ci95_low", "ci95_high", "min", "max", "answers")
 
@@ -78,7 +79,8 @@ def _show(found: dict[str, Any], detail: bool) -> None:
     from monitor.cli.output import make_table, screen
 
     out = screen()
-    series = {name: one for name, one in found["series"].items() if one["points"]}
+    names = sorted(found["series"], key=lambda name: FIRST.index(name) if name in FIRST else len(FIRST))
+    series = {name: found["series"][name] for name in names if found["series"][name]["points"]}
     if not series:
         out.print(f"{found['axis']}: nothing was identified in this range.")
     else:

@@ -8,7 +8,7 @@ import math
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 BARS = "▁▂▃▄▅▆▇█"
 SCHEMA_VERSION = 1
-PLAIN_WIDTH = 200  # columns of a table that goes into a file or a pipe
+PLAIN_WIDTH = 120  # columns of a table that goes into a file or a pipe
 
 
 def emit_json(result: Mapping[str, Any]) -> None:
@@ -42,20 +42,22 @@ def screen(*, stderr: bool = False) -> Console:
     """A rich console; plain text, never cut, where it is not a terminal."""
     from rich.console import Console
 
-    console = Console(stderr=stderr, highlight=False, soft_wrap=True, markup=False)
+    console = Console(stderr=stderr, highlight=False, markup=False)
     if not console.is_terminal:
+        console.soft_wrap = True
         console.width = max(console.width, PLAIN_WIDTH)
     return console
 
 
 def make_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> Table:
-    """A rich table; columns whose name starts with '>' are right-aligned."""
+    """A rich table; columns whose name starts with '>' are right-aligned, the last one may wrap."""
     from rich import box
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    for column in columns:
-        table.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", overflow="fold")
+    for number, column in enumerate(columns, 1):
+        side: Literal["left", "right"] = "right" if column.startswith(">") else "left"
+        table.add_column(column.lstrip(">"), justify=side, overflow="fold", no_wrap=number < len(columns))
     for row in rows:
         table.add_row(*row)
     return table

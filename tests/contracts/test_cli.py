@@ -10,14 +10,40 @@ import pytest
 from tests.contracts.command import AXIS, ROOT, complaint, tribowatch, write, write_configuration
 
 
-def test_help_names_every_command():
+def all_commands():
+    """Every command and sub-command as typed, from the program itself."""
+    import typer.main
+
     from monitor.cli import app
 
+    found = []
+    for name, command in typer.main.get_command(app).commands.items():
+        found.append([name])
+        found += [[name, inner] for inner in getattr(command, "commands", {})]
+    return found
+
+
+def test_help_names_every_command():
     done = tribowatch("--help")
     assert done.returncode == 0
-    names = {command.name for command in app.registered_commands} | {group.name for group in app.registered_groups}
-    assert names
-    assert all(name in done.stdout for name in names)
+    minimum = "demo run simulate identify replay history alerts axes check-config doctor".split()
+    commands = [words[0] for words in all_commands()]
+    assert set(minimum) <= set(commands)
+    assert all(name in done.stdout for name in commands)
+
+
+@pytest.mark.parametrize("words", all_commands(), ids=" ".join)
+def test_every_command_and_every_option_explains_itself(words):
+    import typer.main
+
+    from monitor.cli import app
+
+    command = typer.main.get_command(app)
+    for word in words:
+        command = command.commands[word]
+    assert command.help
+    silent = [one.name for one in command.params if not getattr(one, "help", None)]
+    assert not silent, f"without a help text: {silent}"
 
 
 def test_without_arguments_the_help_is_shown():
