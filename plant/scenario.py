@@ -21,11 +21,13 @@ from plant.effects import EffectValues
 from plant.errors import ParameterError
 from plant.excitation import Excitation
 from plant.friction import StribeckFriction
+from plant.motion import ClosedLoop, record_motion, simulate_motion
 from plant.recording import Recording
 from plant.sensors import Sensors
 from plant.simulation import simulate
 
 NANOSECONDS = 1_000_000_000
+SAMPLE_TIME = 0.01  # s, §4.1; for an axis whose file says nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +98,7 @@ class Scenario:
         name: for messages.
         axis: as new.
         friction: as new.
-        drive: the torque of each burst.
+        drive: the torque of each burst, or the closed loop that makes it.
         bursts: when.
         sensors: what they do to the samples.
         ageing: what the months do to the axis.
@@ -108,7 +110,7 @@ class Scenario:
     name: str
     axis: Axis
     friction: StribeckFriction
-    drive: Excitation
+    drive: Excitation | ClosedLoop
     bursts: Bursts
     sensors: Sensors = Sensors()  # noqa: RUF009  # frozen
     ageing: Ageing = Ageing()  # noqa: RUF009  # frozen
@@ -158,33 +160,55 @@ class Scenario:
     def _run(self, condition: Condition, friction: StribeckFriction, source: str) -> Recording:
         """What truly happens in one burst, at the rate of the stream."""
         axis = loaded(self.axis, condition.load)
-        period = axis.stream.sample_time or 0.01
-        torque = self.drive.torque(period * np.arange(self.bursts.samples))
+        effects = {**self.effects, **dict(condition.effects)}
+        if isinstance(self.drive, ClosedLoop):
+            bare = self._moved(self.drive, axis, friction, effects)
+        else:
+            bare = self._pushed(self.drive, axis, friction, effects)
+        n = len(bare)
+        return dataclasses.replace(
+            bare,
+            velocity=bare.velocity if self.sensors.report_velocity else None,
+            temperature=np.full(n, condition.temperature) if self.sensors.report_temperature else None,
+            load=np.full(n, condition.load) if self.sensors.report_load else None,
+            source=source,
+        )
+
+    def _pushed(self, drive: Excitation, axis: Axis, friction: StribeckFriction, effects: EffectValues) -> Recording:
+        """One burst in open loop."""
+        torque = drive.torque(self.sample_time * np.arange(self.bursts.samples))
         path = simulate(
             axis,
             friction,
             torque,
-            sample_time=period,
+            sample_time=self.sample_time,
             hold=axis.stream.hold,
-            effects=self.effects,
+            effects=effects,
             position0=self.start_position,
         )
-        n = len(torque)
         return Recording(
             t=path.t,
             force=axis.mechanics.gain * torque,
             position=path.position,
-            velocity=path.velocity if self.sensors.report_velocity else None,
-            temperature=np.full(n, condition.temperature) if self.sensors.report_temperature else None,
-            load=np.full(n, condition.load) if self.sensors.report_load else None,
-            sample_time=period,
+            velocity=path.velocity,
+            sample_time=self.sample_time,
             hold=axis.stream.hold,
-            source=source,
         )
+
+    def _moved(self, loop: ClosedLoop, axis: Axis, friction: StribeckFriction, effects: EffectValues) -> Recording:
+        """One burst in closed loop; the controller knows the axis without its payload."""
+        duration = self.bursts.samples * self.sample_time
+        run = simulate_motion(axis, friction, loop, duration, effects=effects, known=self.axis)
+        return record_motion(run, loop, self.sample_time)
+
+    @property
+    def sample_time(self) -> float:
+        """Of the stream. [s]"""
+        return self.axis.stream.sample_time or SAMPLE_TIME
 
     @property
     def start_position(self) -> float:
-        """Where each burst begins. [m or rad]"""
+        """Where each burst in open loop begins; a closed loop begins at its reference. [m or rad]"""
         if self.bursts.start_position is not None:
             return self.bursts.start_position
         travel = self.axis.mechanics.travel

@@ -15,18 +15,35 @@ from typing import Any
 
 from plant import ageing_climate, ageing_damage, ageing_lubricant
 from plant.ageing import Ageing, Stage
-from plant.axis import Axis, Drive, Sensor
+from plant.axis import Axis, Drive, Sensor, Stream
 from plant.axis_file import read_axis
 from plant.axis_schema import is_number
-from plant.errors import AxisFileError, InputError
+from plant.effects import EffectValues
+from plant.effects import find as find_effect
+from plant.effects import names as effect_names
+from plant.errors import AxisFileError, InputError, ParameterError
 from plant.excitation import FORMS, Excitation, holding_torque
 from plant.friction import StribeckFriction
+from plant.motion import Cascade, ClosedLoop
 from plant.presets import READINGS, paper_axis, paper_friction
-from plant.scenario import Bursts, Scenario
+from plant.profiles import REFERENCES
+from plant.scenario import SAMPLE_TIME, Bursts, Scenario
 from plant.sensors import PER_MILLE, Sensors
 from plant.tables import build, check_keys, pick
 
-TOP = ("name", "description", "seed", "axis", "friction", "effects", "excitation", "sensors", "ageing", "bursts")
+TOP = (
+    "name",
+    "description",
+    "seed",
+    "axis",
+    "friction",
+    "effects",
+    "excitation",
+    "motion",
+    "sensors",
+    "ageing",
+    "bursts",
+)
 FOLDER = resources.files("plant") / "scenarios"
 CAUSES: dict[str, type[Stage]] = {
     cause.kind: cause
@@ -85,19 +102,29 @@ def parse_scenario(text: str, where: str, folder: Path) -> Scenario:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{where}: not valid TOML: {error}") from None
     check_keys(content, TOP, where)
-    for table in ("axis", "excitation", "bursts"):
+    for table in ("axis", "bursts"):
         if table not in content:
             raise InputError(f"{where}: table [{table}] is missing")
+    if ("excitation" in content) == ("motion" in content):
+        raise InputError(f"{where}: give a table [excitation] (open loop) or [motion] (closed loop), one of them")
     sensors = build(Sensors, content.get("sensors", {}), f"{where} [sensors]")
     axis, new = _axis(content["axis"], f"{where} [axis]", folder)
+    ageing = _ageing(content.get("ageing", []), where)
+    drive: Excitation | ClosedLoop
+    if "motion" in content:
+        drive = _motion(content["motion"], f"{where} [motion]")
+        axis = _recorded_by(drive, axis, f"{where} [motion]")
+    else:
+        drive = _excitation(content["excitation"], axis, f"{where} [excitation]")
     return Scenario(
         name=_text(content, "name", where, Path(where).stem),
         axis=_resolving(axis, sensors),
         friction=_friction(content.get("friction", {}), new, f"{where} [friction]"),
-        drive=_excitation(content["excitation"], axis, f"{where} [excitation]"),
+        drive=drive,
         bursts=_bursts(content["bursts"], f"{where} [bursts]"),
         sensors=sensors,
-        ageing=_ageing(content.get("ageing", []), where),
+        ageing=ageing,
+        effects=_effects(content.get("effects", {}), axis, ageing, f"{where} [effects]"),
         seed=_seed(content, where),
         description=_text(content, "description", where, ""),
     )
@@ -165,6 +192,47 @@ def _excitation(table: Mapping[str, Any], axis: Axis, where: str) -> Excitation:
     form = pick(FORMS, table.get("form"), f"{where} form")
     rest = {key: value for key, value in table.items() if key != "form"}
     return build(form, {"offset": holding_torque(axis.mechanics), **rest}, where)
+
+
+def _motion(table: object, where: str) -> ClosedLoop:
+    """Reference, its controller in the sub-table `cascade`, and what is recorded of the torque."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: must be a table, is {table!r}")
+    form = pick(REFERENCES, table.get("form"), f"{where} form")
+    torque = pick({"sample": "sample", "mean": "mean"}, table.get("torque", "sample"), f"{where} torque")
+    reference = {key: value for key, value in table.items() if key not in ("form", "torque", "cascade")}
+    cascade = build(Cascade, table.get("cascade", {}), f"{where[:-1]}.cascade]")
+    return ClosedLoop(build(form, reference, where), cascade, torque)  # type: ignore[arg-type]  # one of the two words
+
+
+def _recorded_by(loop: ClosedLoop, axis: Axis, where: str) -> Axis:
+    """`axis` with a stream that says what a torque sample of `loop` means."""
+    period = axis.stream.sample_time or SAMPLE_TIME
+    try:
+        return dataclasses.replace(axis, stream=Stream(period, loop.hold(period)))
+    except ParameterError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _effects(tables: object, axis: Axis, ageing: Ageing, where: str) -> EffectValues:
+    """Effects that are there from the start; one that grows with age cannot be there as well."""
+    if not isinstance(tables, Mapping):
+        raise InputError(f"{where}: must be tables like [effects.rail_defect], is {tables!r}")
+    growing = [stage.kind for stage in ageing.stages if stage.kind in effect_names()]
+    effects: dict[str, dict[str, float]] = {}
+    for name, table in tables.items():
+        pick({known: known for known in effect_names()}, name, where)
+        if not isinstance(table, Mapping) or not all(map(is_number, table.values())):
+            raise InputError(f"{where[:-1]}.{name}]: must be a table of numbers, is {table!r}")
+        effects[name] = {key: float(value) for key, value in table.items()}
+        try:
+            find_effect(name).values(effects[name], axis.mechanics)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+    for name in growing:
+        if name in effects or growing.count(name) > 1:
+            raise InputError(f"{where}: {name} can be there only once, by [effects] or by one [[ageing]]")
+    return effects
 
 
 def _bursts(table: Mapping[str, Any], where: str) -> Bursts:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plant.axis import TorqueHold
 from plant.axis_file import read_axis, write_axis
 from plant.errors import InputError, ParameterError
 from plant.recording_files import read_recording, write_recording
@@ -121,6 +122,44 @@ def test_reported_channels_are_those_asked_for():
     assert small().burst(0).recording.channels() == ("t", "force", "position")
 
 
+def closed(extra: str = "", torque: str = "sample"):
+    motion = f'[motion]\nform = "sine"\ncentre = 1.0\namplitude = 0.2\nfrequency = 0.2\ntorque = "{torque}"\n'
+    begin, end = SMALL.index("[excitation]"), SMALL.index("[bursts]")
+    return parse_scenario(SMALL[:begin] + motion + extra + SMALL[end:], "closed.toml", Path())
+
+
+def test_a_closed_loop_follows_its_reference_and_says_what_its_torque_means():
+    burst = closed().burst(0)
+    expected = 1.0 - 0.2 * np.cos(2 * np.pi * 0.2 * burst.recording.t)
+    assert np.abs(burst.recording.position - expected).max() < 2e-3
+    assert burst.recording.loop == "closed"
+    assert closed().axis.stream.hold == burst.recording.hold == TorqueHold.UNKNOWN
+    assert closed(torque="mean").axis.stream.hold == closed(torque="mean").burst(0).recording.hold == TorqueHold.MEAN
+    every_tick = closed("[motion.cascade]\nloop_time = 0.01\nvelocity_gain = 1500.0\nintegral_time = 0.1\n")
+    assert every_tick.axis.stream.hold == TorqueHold.HOLD
+
+
+def test_the_controller_does_not_know_the_payload():
+    load = '[[ageing]]\nkind = "load"\nmass = 3.0\n'
+    rise = closed(load).burst(0).recording.force - closed().burst(0).recording.force
+    acceleration = 0.2 * (0.4 * np.pi) ** 2 * np.cos(0.4 * np.pi * 0.01 * np.arange(100, 300))
+    assert rise[100:].mean() == pytest.approx(3.0 * (9.81 + acceleration.mean()), rel=0.01)
+
+
+def test_effects_of_the_file_and_of_age_act():
+    defect = "[effects.rail_defect]\namplitude = 40.0\ncentre = 1.1\nwidth = 0.02\n"
+    assert small(defect).burst(0).recording.position.max() < small().burst(0).recording.position.max() - 1e-3
+    scenario = read_scenario("rail_defect")
+    before, after = scenario.burst(50), scenario.burst(300)
+    assert before.condition.effects == ()
+    assert after.condition.effects[0][1]["amplitude"] == 60.0
+    healthy = dataclasses.replace(
+        scenario, ageing=dataclasses.replace(scenario.ageing, stages=scenario.ageing.stages[1:])
+    )
+    assert healthy.burst(300).friction == after.friction
+    assert np.abs(healthy.burst(300).recording.position - after.recording.position).max() > 5e-3
+
+
 def test_joined_bursts_keep_their_gaps():
     scenario = small()
     joined = join([scenario.burst(2), scenario.burst(3)])
@@ -191,6 +230,17 @@ def test_a_wrong_file_is_refused_in_one_line_that_says_what_to_mend(old, new, wo
         ('[[ageing]]\nkind = "relubrication"\ndays = ["x"]', r"days\[0\] is 'x', but must be a finite number"),
         ('[[ageing]]\nkind = "relubrication"\ndays = 5', "days is 5, but must be a list of values"),
         ("[ageing]\nkind = 1", r"ageing must be written \[\[ageing\]\]"),
+        ("[motion]\nform = 'sine'", r"give a table \[excitation\] .* or \[motion\] .* one of them"),
+        ("[effects.rail_defekt]\na = 1", r"\[effects\]: unknown 'rail_defekt'; did you mean 'rail_defect'\?"),
+        ("[effects.rail_defect]\namplitude = 1", r"\[effects\]: rail_defect needs centre \[m\]"),
+        ("[effects.rail_defect]\namplitude = 'x'", r"\[effects.rail_defect\]: must be a table of numbers"),
+        ("[effects.end_stop]\nposition = 1\nstiffness = -1", r"end_stop.stiffness is -1 N/m, but must be from 0"),
+        ("[effects]\nx = 1", r"\[effects\]: unknown 'x'"),
+        (
+            "[effects.rail_defect]\namplitude = 1\ncentre = 1\nwidth = 0.1\n[[ageing]]\nkind = 'rail_defect'\n"
+            "newtons_per_day = 1\ncentre = 1\nwidth = 0.1",
+            "rail_defect can be there only once",
+        ),
         ("[sensors]\nreport_load = 1", "report_load is 1, but must be true or false"),
         ("[friction]\ncoulomb_force = -5.0", r"\[friction\]: coulomb_force is -5 N, but must be >= 0 N"),
     ],
@@ -198,6 +248,23 @@ def test_a_wrong_file_is_refused_in_one_line_that_says_what_to_mend(old, new, wo
 def test_a_wrong_table_is_refused_by_its_number_and_key(extra, words):
     with pytest.raises(InputError, match=words):
         small(extra)
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        (
+            "[motion.cascade]\nloop_time = 0.003\n",
+            "sample_time is 0.01 s, but must be a multiple of .* loop_time = 0.003",
+        ),
+        ("[motion.cascade]\nposition_gain = 0.0\n", r"\[motion.cascade\]: cascade: position_gain is 0 1/s"),
+        ("[motion.cascade]\ngain = 1.0\n", r"\[motion.cascade\]: unknown key 'gain'; did you mean"),
+        ("jerk = 1.0\n", r"\[motion\]: unknown key 'jerk'"),
+    ],
+)
+def test_a_wrong_motion_is_refused(extra, words):
+    with pytest.raises(InputError, match=words):
+        closed(extra)
 
 
 def test_an_unknown_name_lists_those_there_are():
