@@ -110,9 +110,10 @@ def _explain_change(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
     unit, speed_unit = evidence["unit"], evidence["speed_unit"]
     low, high = evidence["relative_ci95"]
     shape = {
-        "constant": "about the same at every speed",
-        "with speed": "growing with speed",
-        "at low speed": "mostly at low speed",
+        "dry friction": "about the same at every speed",
+        "Coulomb level": "about the same at every speed but the lowest",
+        "viscous friction": "growing with speed",
+        "low-speed friction": "mostly at low speed",
     }[evidence["shape"]]
     rival = Kind.LUBRICATION if kind is Kind.WEAR else Kind.WEAR
     where = f"{evidence['speeds'][middle]:.3g} {speed_unit}"

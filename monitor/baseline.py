@@ -59,6 +59,7 @@ class Baseline:
         steps_per_year: non-overlapping informative windows, at the cadence of the baseline. [1/a]
         speeds: reference speeds. [m/s or rad/s] (REFERENCES,)
         friction: mean friction there. [N or N·m] (REFERENCES,)
+        stribeck_velocity: median, for the shapes of changes. [m/s or rad/s]
         covariance: of one window's friction there, from the baseline. [N²] (REFERENCES, REFERENCES)
         indicators: what is watched.
     """
@@ -69,6 +70,7 @@ class Baseline:
     steps_per_year: float
     speeds: tuple[float, ...]
     friction: tuple[float, ...]
+    stribeck_velocity: float
     covariance: tuple[tuple[float, ...], ...]
     indicators: tuple[Indicator, ...]
 
@@ -93,6 +95,7 @@ class Learned:
     start_ns: int
     end_ns: int
     curve: Curve
+    stribeck_velocity: float | None = None
 
 
 def indicators_of(speeds: Floats, values: Floats, errors: Floats) -> tuple[Floats, Floats]:
@@ -147,9 +150,15 @@ def learn(
         steps,
         speeds,
         tuple(friction.tolist()),
+        _stribeck_velocity([window for window, _ in seen], speeds),
         tuple(tuple(row) for row in covariance.tolist()),
         indicators,
     )
+
+
+def _stribeck_velocity(windows: list[Learned], speeds: tuple[float, ...]) -> float:
+    known = [window.stribeck_velocity for window in windows if window.stribeck_velocity]
+    return float(np.median(known)) if known else speeds[len(speeds) // 2] / 2
 
 
 def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:

@@ -19,13 +19,21 @@ YEAR_NS = 31_557_600 * 10**9  # Julian year
 
 
 def run_length(k: float, h: float | Floats, bias: Floats | float = 0.0, scale: Floats | float = 1.0) -> Floats:
-    """Mean number of steps to a (false) alarm when z is normal with mean `bias` and standard deviation `scale`. [1]"""
+    """Mean number of steps to a (false) alarm when z is normal with mean `bias` and standard deviation `scale`. [1]
+
+    Siegmund's form is within 6 % of the exact value (Markov chain, see the test) for k <= 1, but up to four times too
+    long for k of 1.5 to 3, where single large deviations decide: their rate is added, which errs to the safe side.
+    """
+    from scipy.special import ndtr
+
     drift = (np.asarray(bias) - k) / np.asarray(scale)
     boundary = np.asarray(h) / np.asarray(scale) + OVERSHOOT
     x = np.clip(-2.0 * drift * boundary, -600.0, 600.0)
     small = np.abs(drift) < 1e-6
     safe = np.where(small, 1.0, drift)
-    return np.asarray(np.where(small, boundary**2, (np.exp(x) - x - 1.0) / (2.0 * safe**2)), dtype=np.float64)
+    siegmund = np.where(small, boundary**2, (np.exp(x) - x - 1.0) / (2.0 * safe**2))
+    at_once = ndtr((np.asarray(bias) - k - h) / np.asarray(scale))
+    return np.asarray(1.0 / (1.0 / siegmund + at_once), dtype=np.float64)
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from monitor.baseline import Baseline, Learned, indicators_of, learn
+from monitor.classes import classify
 from monitor.estimate import Curve, Estimate
 from plant.recording import Floats
 
@@ -23,7 +24,7 @@ SPENT_ON_JAM = 0.1  # share of the false-alarm budget; the rest goes to the char
 JAM_DEVIATION = 8.0  # scatters; a normal deviate reaches it once in 1e15 windows
 RECENT = 5  # windows a jump is measured against
 SURE = 0.8  # score that turns a class that was already told
-MISFIT = 0.02  # of friction: no change follows its textbook shape more closely
+FADE = 0.9  # per window: what an alert shows is the mean of about the last ten
 
 
 class Kind(enum.StrEnum):
@@ -104,7 +105,8 @@ class DriftState:
     def from_dict(cls, values: dict[str, Any]) -> DriftState:
         """Read what `to_dict` wrote, through JSON."""
         learned = tuple(
-            Learned(one["start_ns"], one["end_ns"], Curve.from_dict(one["curve"])) for one in values["learned"]
+            Learned(one["start_ns"], one["end_ns"], Curve.from_dict(one["curve"]), one["stribeck_velocity"])
+            for one in values["learned"]
         )
         baseline = Baseline.from_dict(values["baseline"]) if values["baseline"] else None
         told = Kind(values["told"]) if values["told"] else None
@@ -130,7 +132,8 @@ def judge(state: DriftState, estimate: Estimate, rule: DriftRule) -> tuple[Drift
 
 def _learn(state: DriftState, estimate: Estimate, rule: DriftRule) -> DriftState:
     assert estimate.curve is not None  # informative
-    window = Learned(estimate.window.start_ns, estimate.window.end_ns, estimate.curve)
+    times = estimate.window.start_ns, estimate.window.end_ns
+    window = Learned(*times, estimate.curve, estimate.value_of("stribeck_velocity"))
     learned = (*state.learned, window)[-4 * rule.baseline_windows :]
     if len(learned) < rule.baseline_windows:
         return dataclasses.replace(state, learned=learned)
@@ -195,8 +198,7 @@ def _add(state: DriftState, baseline: Baseline, z: Floats, values: Floats, start
     if not up.any() and not down.any():
         nothing = (0.0,) * len(values)
         return dataclasses.replace(state, up=tuple(up.tolist()), down=tuple(down.tolist()), steps=0, summed=nothing)
-    # evidence of a slow change fades: a fixed memory of about ten windows shows what is true now
-    fade = 0.9 if state.steps else 0.0
+    fade = FADE if state.steps else 0.0
     summed = fade * np.array(state.summed) + values
     onset = state.onset_ns if state.steps else start_ns
     return dataclasses.replace(
@@ -216,59 +218,47 @@ def _conclude(
     h = np.array([one.h for one in baseline.indicators])
     height = np.maximum(state.up, state.down) / h
     drifting = bool(height.max() > (1.0 if state.told is None else 0.5))
-    kind, evidence = (None, {}) if not drifting else _classify(state, baseline, height, end_ns, rule)
+    kind, evidence = (None, {}) if not drifting else _explain(state, baseline, height, end_ns, rule)
     classes = (Kind.WEAR, Kind.LUBRICATION)
     findings = [Finding(one, one is kind, evidence if one is kind else {}) for one in classes]
     return dataclasses.replace(state, told=kind), [jam, *findings]
 
 
-def _classify(
+def _explain(
     state: DriftState, baseline: Baseline, height: Floats, end_ns: int, rule: DriftRule
 ) -> tuple[Kind, dict[str, Any]]:
-    """Compare the shapes of a change over speed; generalised least squares with one amplitude each."""
-    v, normal = np.array(baseline.speeds), np.array(baseline.friction)
-    weight = (1 - 0.9**state.steps) / 0.1
+    """What the change is, with the numbers an alert shows as evidence."""
+    normal = np.array(baseline.friction)
+    weight = (1 - FADE**state.steps) / (1 - FADE)  # windows that `summed` stands for
     now = np.array(state.summed) / weight
-    change = now - normal
-    one_window = np.array(baseline.covariance)
-    uncertain = one_window * (1 / baseline.windows + 1 / weight)
-    inverse = np.linalg.pinv(uncertain + np.diag((MISFIT * normal) ** 2) / 4)
-    shapes = {"constant": np.ones_like(v), "with speed": v / v[-1], "at low speed": np.exp(-2 * v / v[len(v) // 2])}
-    amplitude = {name: float(u @ inverse @ change / (u @ inverse @ u)) for name, u in shapes.items()}
-    misfit = {name: float((rest := change - amplitude[name] * u) @ inverse @ rest) for name, u in shapes.items()}
-    least = min(misfit.values())
-    prior = {"constant": 0.5, "with speed": 0.25, "at low speed": 0.25}
-    plain = {name: prior[name] * float(np.exp(-min(misfit[name] - least, 200.0) / 2)) for name in shapes}
-    wear = plain["constant"] / sum(plain.values()) if amplitude["constant"] > 0 else 0.0
-    kind = _kind(wear, state.told)
-    error = 1.96 * np.sqrt(np.diag(uncertain))
+    uncertain = np.array(baseline.covariance) * (1 / baseline.windows + 1 / weight)
+    verdict = classify(baseline, now - normal, uncertain)
+    kind = _kind(verdict.wear, state.told)
+    middle, error = len(normal) // 2, 1.96 * np.sqrt(np.diag(uncertain))
     index = int(np.argmax(height))
-    chart = baseline.indicators[index]
-    evidence = {
-        "speeds": v.tolist(),
+    return kind, {
+        "speeds": list(baseline.speeds),
         "baseline": normal.tolist(),
         "now": now.tolist(),
         "now_low": (now - error).tolist(),
         "now_high": (now + error).tolist(),
-        "relative": float(change[len(v) // 2] / normal[len(v) // 2]),
-        "relative_ci95": ((change + np.outer([-1, 1], error)) / normal)[:, len(v) // 2].tolist(),
+        "relative": float(now[middle] / normal[middle] - 1),
+        "relative_ci95": [float((now + sign * error)[middle] / normal[middle] - 1) for sign in (-1, 1)],
         "unit": rule.force_unit,
         "speed_unit": rule.speed_unit,
-        "score": wear if kind is Kind.WEAR else 1 - wear,
-        "rivals": {"wear": wear, "lubrication": 1 - wear},
-        "shape": max(plain, key=lambda name: plain[name]),
-        "amplitudes": amplitude,
-        "indicator": chart.name,
+        "score": verdict.wear if kind is Kind.WEAR else 1 - verdict.wear,
+        "rivals": {"wear": verdict.wear, "lubrication": 1 - verdict.wear},
+        "shape": verdict.shape,
+        "shapes": verdict.shapes,
+        "indicator": baseline.indicators[index].name,
         "direction": "up" if state.up[index] >= state.down[index] else "down",
         "height": float(height[index]),
-        "threshold": chart.h,
         "windows": state.steps,
         "since_ns": state.onset_ns,
         "until_ns": end_ns,
         "baseline_windows": baseline.windows,
         "false_alarms_per_axis_year": rule.false_alarms_per_year,
     }
-    return kind, evidence
 
 
 def _kind(wear: float, told: Kind | None) -> Kind:

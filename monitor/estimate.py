@@ -90,6 +90,10 @@ class Estimate:
     curve: Curve | None = None
     conditions: dict[str, float] = field(default_factory=dict)
 
+    def value_of(self, parameter: str) -> float | None:
+        """Value of a parameter, None where it was not identified or not identifiable."""
+        return next((one.value for one in self.parameters if one.name == parameter and one.identifiable), None)
+
     @property
     def informative(self) -> bool:
         """Whether drift may learn from it."""

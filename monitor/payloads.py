@@ -70,15 +70,12 @@ def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: 
     """
     record, baseline = run.record, run.drift.baseline
     return {
-        "v": SCHEMA_VERSION,  # with axis, epoch and committed_seq: the contract with publishers (docs/stream.md)
         "schema_version": SCHEMA_VERSION,
         "site": config.site,
         "axis": record.name,
         "listed": run.axis is not None,
         "state": _state(run),
         "committed": run.committed,
-        "epoch": run.committed["epoch"] if run.committed else None,
-        "committed_seq": run.committed["seq"] if run.committed else None,
         "samples": record.samples,
         "missing": record.missing,
         "rejected": dict(record.rejected),

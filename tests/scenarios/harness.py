@@ -144,9 +144,8 @@ class Ear:
 
     def committed(self):
         """Last acknowledged sample, -1 before the first."""
-        return max(
-            (one["committed_seq"] for one in self.heard["status"] if one["committed_seq"] is not None), default=-1
-        )
+        shown = [one["committed"]["seq"] for one in self.heard["status"] if one["committed"]]
+        return max(shown, default=-1)
 
     def close(self):
         for subscriber in self._subscribers:
