@@ -11,7 +11,7 @@ import numpy as np
 from plant.axis import Axis, RecordingEntry
 from plant.errors import RecordingError
 from plant.recording import Floats, Recording
-from plant.table_files import read_table, write_csv, write_parquet
+from plant.table_files import read_table, write_table
 
 _REQUIRED = ("t", "position")
 _OPTIONAL = ("velocity", "temperature", "load")
@@ -120,11 +120,4 @@ def write_recording(recording: Recording, path: str | Path, axis: Axis) -> None:
             columns["torque"] = values / gain
         else:
             columns[name] = values
-    name = path.name.lower()
-    writer = write_parquet if name.endswith(".parquet") else write_csv
-    if not name.endswith((".csv", ".csv.gz", ".parquet")):
-        raise RecordingError(f"{path}: recordings are written as .csv, .csv.gz or .parquet")
-    try:
-        writer(path, columns)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot write the recording: {error.strerror}") from None
+    write_table(path, columns)

@@ -80,6 +80,25 @@ def _nothing_selected(path: Path, select: Select, seen: Mapping[str, Iterable[st
     return RecordingError(f"{path}: no row with {asked}; {there}")
 
 
+def column_names(path: Path, select: Select | None = None) -> tuple[str, ...]:
+    """Names of the columns of a file; reads it as `read_table` does, and complains alike."""
+    seen: list[str] = []
+
+    def remember(names: Sequence[str]) -> Mapping[str, str]:
+        seen.extend(names)
+        raise _Enough
+
+    try:
+        read_table(path, remember, select or {})
+    except _Enough:
+        return tuple(seen)
+    raise AssertionError("a reader that does not choose its columns")
+
+
+class _Enough(Exception):  # noqa: N818 - no error
+    """Only the names were wanted."""
+
+
 # --- comma separated ------------------------------------------------------------------------------------------
 
 
@@ -301,6 +320,36 @@ def _vectors(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
             yield from _vectors(value, f"{prefix}{name}.")
         elif isinstance(value, np.ndarray) and value.size == max(value.shape, default=0) and value.size > 1:
             yield f"{prefix}{name}", value.ravel()
+
+
+def write_mat(path: Path, columns: Mapping[str, Floats]) -> None:
+    """Write columns as MATLAB vectors of their names."""
+    from scipy.io import savemat
+
+    savemat(path, dict(columns), oned_as="column", appendmat=False)
+
+
+_WRITERS: dict[str, Callable[[Path, Mapping[str, Floats]], None]] = {
+    ".csv.gz": write_csv,
+    ".csv": write_csv,
+    ".parquet": write_parquet,
+    ".mat": write_mat,
+}
+
+
+def write_table(path: Path, columns: Mapping[str, Floats]) -> None:
+    """Write columns under their names, in the format that the file's name says.
+
+    Raises:
+        RecordingError: unknown kind of file, or it cannot be written.
+    """
+    writer = _WRITERS.get(_kind(path))
+    if writer is None:
+        raise RecordingError(f"{path}: recordings are written as {', '.join(_WRITERS)}")
+    try:
+        writer(path, columns)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot write the recording: {error.strerror or error}") from None
 
 
 _READERS: dict[str, Callable[[Path, Choose, Select], dict[str, Floats]]] = {

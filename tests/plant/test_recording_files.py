@@ -204,7 +204,12 @@ def test_a_scale_for_the_channel_that_is_not_there_is_refused(tmp_path):
 floats = st.lists(st.floats(-1e9, 1e9) | st.just(float("nan")), min_size=3, max_size=3).map(np.array)
 
 
-@given(force=floats, position=floats, velocity=st.none() | floats, kind=st.sampled_from(["csv", "csv.gz", "parquet"]))
+@given(
+    force=floats,
+    position=floats,
+    velocity=st.none() | floats,
+    kind=st.sampled_from(["csv", "csv.gz", "parquet", "mat"]),
+)
 @settings(max_examples=40, deadline=None)
 def test_a_written_recording_reads_back_to_the_bit(tmp_path_factory, force, position, velocity, kind):
     path = tmp_path_factory.mktemp("recordings") / f"r.{kind}"
@@ -218,9 +223,10 @@ def test_a_written_recording_reads_back_to_the_bit(tmp_path_factory, force, posi
 def test_writing_an_unknown_kind_or_into_a_missing_folder_is_refused(tmp_path):
     recording = Recording(np.zeros(1), np.zeros(1), np.zeros(1))
     with pytest.raises(RecordingError, match="are written as"):
-        write_recording(recording, tmp_path / "r.mat", AXIS)
-    with pytest.raises(RecordingError, match="cannot write"):
-        write_recording(recording, tmp_path / "no" / "r.csv", AXIS)
+        write_recording(recording, tmp_path / "r.xls", AXIS)
+    for kind in ("csv", "csv.gz", "parquet", "mat"):
+        with pytest.raises(RecordingError, match="cannot write"):
+            write_recording(recording, tmp_path / "no" / f"r.{kind}", AXIS)
 
 
 @pytest.mark.skipif(not (DATA / "emps").exists(), reason=f"no EMPS recordings under {DATA}: set TRIBOWATCH_DATA")
