@@ -23,7 +23,7 @@ from plant.kernels.shift import delay_all
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-STEP_PER_TIME_CONSTANT = 0.12  # sub-step over the shortest time constant; 2 or 3 sub-steps in the paper's case
+STEP_PER_TIME_CONSTANT = 0.1  # sub-step over the shortest time constant; 2 or 3 sub-steps in the paper's case
 LONGEST_FINE_STEP = 2.5e-4  # s; two masses and bristles
 MOST_SUBSTEPS = 1024  # per sample: beyond it a run does not converge, it is chaotic
 TYPICAL_SPEED = 0.5  # m/s or rad/s, where none is given

@@ -7,17 +7,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plant.effects.effect import Effect, Floats, Parameter
-from plant.kernels.laws import FORCE, LANES, MIDDLE, TO_STEP, Rows, law
+from plant.kernels.laws import FORCE, LANES, MIDDLE, SPEED, TO_STEP, Rows, law
 
 if TYPE_CHECKING:
     from plant.machine import Machine
+
+NO_TRAVEL = 1e-12  # m
 
 
 @law(TO_STEP)
 def _force(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         side = p[2 * LANES + j]
-        b[FORCE + j] += p[LANES + j] * side * max(side * (b[MIDDLE + j] - p[j]), 0.0)
+        depth, travel = side * (b[MIDDLE + j] - p[j]), side * h * b[SPEED + j]
+        first, last = max(depth - 0.5 * travel, 0.0), max(depth + 0.5 * travel, 0.0)
+        # Mean depth over the sub-step: the stop is met somewhere inside it.
+        mean = (last + first) * (last - first) / (2.0 * travel) if abs(travel) > NO_TRAVEL else max(depth, 0.0)
+        b[FORCE + j] += p[LANES + j] * side * mean
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:
