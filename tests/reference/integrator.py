@@ -1,6 +1,8 @@
 """The automaton: explicit Runge-Kutta inside a mode, the instant of a change of mode located inside the step."""
 
 import math
+import zlib
+from pathlib import Path
 
 import numpy as np
 from numba import njit
@@ -155,65 +157,72 @@ def lean(w, t, stamps, command, j, delay):
 
 
 @njit(**FAST)
-def march(record, stamps, command, linear, outer, loop, reference, noise, start, settled, step, trace):
-    """Run the machine over all stamps.
-
-    stamps (n,), command (n,) read (open loop) or written (loop kind > 0), outer (3, n) force, level and factor,
-    reference (3, n) position, speed, acceleration, noise (n,) of the position the loop sees, start (2,) position and
-    speed, trace (8, n) written as `store` says.
-    """
-    p = record[0]
-    n = len(stamps)
-    k, tmp, out = np.zeros((4, STATES)), np.zeros(STATES), np.zeros(STATES)
-    w, memory = np.zeros(INPUTS), np.zeros(8)
-    w[0], w[1] = stamps[0], command[0]
-    w[3], w[5], w[7] = outer[0, 0], outer[1, 0], outer[2, 0]
-    if loop[0] > 0.0:
-        w[1] = loop[4]  # the drive holds the weight before the loop starts
-    x = rest_state(p, w, start[0], start[1], settled)
-    s = np.sign(x[V])
-    j = -1
-    jump, p.step = p.step, 0.0  # switched on at its instant, which is a stop of the march
-    for now in range(n):
-        t = stamps[now]
-        if jump != 0.0 and t >= p.step_time - 1e-12:
-            p.step = jump
-        if loop[0] > 0.0:
-            command[now] = command_from(loop, reference[:, now], x, noise[now], memory)
-        store(p, t, x, s, w, trace[:, now])
-        if now == n - 1:
-            break
-        end = stamps[now + 1]
-        while t < end - 1e-12:
-            while j < now and stamps[j + 1] + p.delay <= t + 1e-12:
-                j += 1
-            stop = end
-            if j < now:
-                stop = min(stop, stamps[j + 1] + p.delay)
-            if jump != 0.0 and t < p.step_time - 1e-12:
-                stop = min(stop, p.step_time)
-            elif jump != 0.0:
-                p.step = jump
-            aim(w, t, stamps, command, outer, j, now, linear)
-            if j < 0 and loop[0] > 0.0:
-                w[1] = loop[4]
-            if linear:
-                lean(w, t, stamps, command, j, p.delay)
-            parts = max(1, math.ceil((stop - t) / step - 1e-9))
-            h = (stop - t) / parts
-            for i in range(parts):
-                if p.bristle > 0.0:
-                    bristle_steps(p, t + i * h, h, x, w, k, tmp, out)
-                else:
-                    s = hybrid_step(p, t + i * h, h, x, s, w, k, tmp, out)
-            t = stop
-    return x
-
-
-@njit(**FAST)
 def store(p, t, x, s, w, row):
     """Write what is observed at a stamp."""
     row[0], row[1], row[2] = x[0], x[1], x[2]
     row[3] = pull_on_load(p, t, x, w)[1]
     row[4] = s if p.bristle <= 0.0 else x[BRISTLE]
     row[5], row[6], row[7] = x[10], x[11], x[9]
+
+
+def _compiled(source):
+    @njit(cache=True, **FAST)
+    def march(record, stamps, command, linear, outer, loop, reference, noise, start, settled, step, trace):
+        """Run the machine over all stamps.
+
+        stamps (n,), command (n,) read (open loop) or written (loop kind > 0), outer (3, n) force, level and factor,
+        reference (3, n) position, speed, acceleration, noise (n,) of the position the loop sees, start (2,) position
+        and speed, trace (8, n) written as `store` says.
+        """
+        p = record[0] if source else record[-1]  # `source` makes an edited equation a new key of numba's cache
+        n = len(stamps)
+        k, tmp, out = np.zeros((4, STATES)), np.zeros(STATES), np.zeros(STATES)
+        w, memory = np.zeros(INPUTS), np.zeros(8)
+        w[0], w[1] = stamps[0], command[0]
+        w[3], w[5], w[7] = outer[0, 0], outer[1, 0], outer[2, 0]
+        if loop[0] > 0.0:
+            w[1] = loop[4]  # the drive holds the weight before the loop starts
+        x = rest_state(p, w, start[0], start[1], settled)
+        s = np.sign(x[V])
+        j = -1
+        jump, p.step = p.step, 0.0  # switched on at its instant, which is a stop of the march
+        for now in range(n):
+            t = stamps[now]
+            if jump != 0.0 and t >= p.step_time - 1e-12:
+                p.step = jump
+            if loop[0] > 0.0:
+                command[now] = command_from(loop, reference[:, now], x, noise[now], memory)
+            store(p, t, x, s, w, trace[:, now])
+            if now == n - 1:
+                break
+            end = stamps[now + 1]
+            while t < end - 1e-12:
+                while j < now and stamps[j + 1] + p.delay <= t + 1e-12:
+                    j += 1
+                stop = end
+                if j < now:
+                    stop = min(stop, stamps[j + 1] + p.delay)
+                if jump != 0.0 and t < p.step_time - 1e-12:
+                    stop = min(stop, p.step_time)
+                elif jump != 0.0:
+                    p.step = jump
+                aim(w, t, stamps, command, outer, j, now, linear)
+                if j < 0 and loop[0] > 0.0:
+                    w[1] = loop[4]
+                if linear:
+                    lean(w, t, stamps, command, j, p.delay)
+                parts = max(1, math.ceil((stop - t) / step - 1e-9))
+                h = (stop - t) / parts
+                for i in range(parts):
+                    if p.bristle > 0.0:
+                        bristle_steps(p, t + i * h, h, x, w, k, tmp, out)
+                    else:
+                        s = hybrid_step(p, t + i * h, h, x, s, w, k, tmp, out)
+                t = stop
+        return x
+
+    return march
+
+
+_FILES = [Path(__file__).with_name(name) for name in ("physics.py", "integrator.py", "control.py", "parameters.py")]
+march = _compiled(zlib.crc32(b"".join(file.read_bytes() for file in _FILES)))

@@ -13,7 +13,7 @@ from numba import njit
 
 Y, V, YM, VM, BRISTLE, LAG1, LAG2, MEMORY, CABLE, DWELL, DRIVE_WORK, LOSS = range(12)
 STATES, INPUTS = 12, 9
-FAST = {"cache": True, "error_model": "numpy"}
+FAST = {"error_model": "numpy"}  # cached as part of integrator.march alone
 
 
 @njit(**FAST)
@@ -213,14 +213,14 @@ def dwell_rate(p, v, s, extra):
 
 @njit(**FAST)
 def rest_state(p, w, y, v, settled):
-    """State at the start: at y with speed v; `settled` stretches belt and bristles so that they carry the load."""
+    """State at the start: at y with speed v; `settled`: the belt carries the command, the bristles the load."""
     x = np.zeros(STATES)
     x[Y] = x[YM] = y
     x[V] = x[VM] = v
     x[MEMORY] = abs(v)
     x[LAG1] = x[LAG2] = clip_force(p, w[1])
     if settled and p.belt > 0.0:
-        drive = drive_force(p, w[0], x, w)
+        drive = clip_force(p, w[1])
         x[YM] += drive / p.belt + 0.5 * p.gap * np.sign(drive)
     if settled and p.bristle > 0.0:
         pull, carried = pull_on_load(p, w[0], x, w)
