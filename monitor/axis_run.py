@@ -84,8 +84,12 @@ class AxisRun:
 
 
 def window_rule(axis: Axis, config: Config) -> WindowRule:
-    """Windows in raw samples: with `[analysis] sample_time`, a window covers that many times more of them."""
-    nominal, analysis = axis.stream.sample_time, axis.analysis_sample_time
+    """Windows in raw samples: with `[analysis] sample_time`, a window covers that many times more of them.
+
+    An axis file that says nothing of its stream (one made for recordings) streams as its first recording was sampled.
+    """
+    recorded = next((entry.sample_time for entry in axis.recordings if entry.sample_time), None)
+    nominal, analysis = axis.stream.sample_time or recorded, axis.analysis_sample_time
     ratio = max(1, round(analysis / nominal)) if nominal and analysis else 1
     return WindowRule(
         samples=config.window.samples * ratio,

@@ -10,6 +10,7 @@ from monitor.cli.demo import demo_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_command
 from monitor.cli.identify import identify_command
+from monitor.cli.replay import replay_command
 from monitor.cli.run import run_command
 from monitor.cli.simulate import simulate_command
 
@@ -17,6 +18,7 @@ app.command("demo")(demo_command)
 app.command("run")(run_command)
 app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
+app.command("replay")(replay_command)
 app.command("history")(history_command)
 app.command("alerts")(alerts_command)
 app.add_typer(axes_app)
