@@ -6,6 +6,7 @@ It is the floor other methods are measured against: the paper's optima err by up
 from __future__ import annotations
 
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 from identify.criterion import free_run_criterion
 from identify.genetic import GeneticSettings
 from identify.preprocess import Samples, prepare
-from identify.problem import FrictionProblem
+from identify.problem import FINEST_SUBSTEP, FrictionProblem
 from identify.result import IdentificationResult, Parameter, Verdict
 from identify.search import genetic_search
 from plant.axis import Axis
@@ -25,6 +26,28 @@ Floats = NDArray[np.float64]
 CUT_OFF = 2.0  # Hz, §5
 ORDER = 4
 FRICTION = 4  # unknowns: the paper assumes everything else known
+
+
+class PaperProblem(FrictionProblem):
+    """The paper's problem (§4.4): four unknowns within a box; the start, the mass and gravity are known."""
+
+    def __init__(self, samples: Samples, axis: Axis, box: tuple[Floats, Floats], first_state: Floats) -> None:
+        """Unknowns F_c, F_s [N], v_s [m/s], F_v [N·s/m] between the ends of `box` (4,); first_state (1, 2)."""
+        super().__init__(samples, axis, first_state=first_state)
+        self.box = box
+
+    def refined(self, longest_substep: float = FINEST_SUBSTEP) -> PaperProblem:
+        """The same problem marched in other steps."""
+        other = PaperProblem(self.samples, self.axis, self.box, self.first_state)
+        other.substeps = max(1, int(np.ceil(self.samples.sample_time / longest_substep - 1e-9)))
+        return other
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The box in scaled unknowns; all others are held at zero. (size,) each"""
+        low, high = np.zeros(self.size), np.zeros(self.size)
+        low[:FRICTION], high[:FRICTION] = _scaled(self, np.array(self.box))[:, :FRICTION]
+        return low, high
 
 
 def filter_and_centre(samples: Samples, cut_off: float = CUT_OFF) -> Samples:

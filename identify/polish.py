@@ -18,7 +18,6 @@ Floats = NDArray[np.float64]
 
 DAMPING = 1e-3  # of the normal matrix' diagonal, to begin with
 RELAX, STIFFEN = 0.1, 10.0  # of the damping after a step that gained what the model promised, and after one that lost
-STIFFEST = 1e4  # damping at which a point counts as settled
 SMALL_GAIN = 1e-2  # of the loss (a log-likelihood, so an absolute number): less is not worth an iteration
 
 
@@ -56,40 +55,61 @@ class Linearised:
         self.normal[index], self.downhill[index] = other.normal, other.downhill
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ends:
+    """Where k points ended: x (k, size), loss (k,), whether each came to rest (k,), and candidate runs spent."""
+
+    x: Floats
+    loss: Floats
+    rested: NDArray[np.bool_]
+    evaluations: int
+
+    @property
+    def best(self) -> int:
+        """Index of the point with the lowest loss."""
+        return int(np.argmin(self.loss))
+
+
 def polish(problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30) -> Polished:
     """Descend from x (size,) until an iteration gains less than `SMALL_GAIN`; never ends higher than it began."""
-    ends, losses, evaluations = polish_all(problem, x[None], gain, iterations)
-    return Polished(ends[0], float(losses[0]), evaluations)
+    ends = polish_all(problem, x[None], gain, iterations)
+    return Polished(ends.x[0], float(ends.loss[0]), ends.evaluations)
 
 
 def polish_all(
-    problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30, enough: float = SMALL_GAIN
-) -> tuple[Floats, Floats, int]:
+    problem: FrictionProblem,
+    x: Floats,
+    gain: Floats,
+    iterations: int = 30,
+    enough: float = SMALL_GAIN,
+    *,
+    race: bool = False,
+) -> Ends:
     """Descend from each of the points x (k, size) at gains (4,) or (4, k), side by side.
 
-    A point rests when an iteration gains `enough` or less.
-
-    Returns:
-        Where they ended (k, size), their losses (k,), and the candidate runs spent.
+    A point rests when an iteration gains, or a failed one promised, `enough` or less. In a `race` all stop as soon as
+    the best one rests.
     """
     gains = gain if gain.ndim == 2 else np.repeat(gain[:, None], len(x), axis=1)
     now = linearise(problem, np.clip(x, *problem.bounds), gains)
     evaluations = len(x) * (problem.p + 3)
-    damping = np.full(len(x), DAMPING)
-    active = np.flatnonzero(np.isfinite(now.loss))
+    damping, failed = np.full(len(x), DAMPING), np.zeros(len(x), dtype=bool)
+    active = np.isfinite(now.loss)
     for _ in range(iterations):
-        if not len(active):
+        at = np.flatnonzero(active)
+        if not len(at) or (race and not active[np.argmin(now.loss)]):
             break
-        here = now.take(active)
-        ahead = linearise(problem, _step(problem, here, damping[active]), gains[:, active])
-        evaluations += len(active) * (problem.p + 3)
-        gained = here.loss - ahead.loss
+        here = now.take(at)
+        ahead = linearise(problem, _step(problem, here, damping[at]), gains[:, at])
+        evaluations += len(at) * (problem.p + 3)
+        gained, promised = here.loss - ahead.loss, here.promise(ahead.x)
         better = gained > 0
-        now.put(active[better], ahead.take(better))
-        as_told = gained > 0.5 * here.promise(ahead.x)
-        damping[active] *= np.where(better, np.where(as_told, RELAX, 1.0), STIFFEN)
-        active = active[np.where(better, gained > enough, damping[active] < STIFFEST)]
-    return now.x, now.loss, evaluations
+        now.put(at[better], ahead.take(better))
+        relax = (gained > 0.5 * promised) & ~failed[at]  # not at once after a failure: it would fail again
+        damping[at] *= np.where(better, np.where(relax, RELAX, 1.0), STIFFEN)
+        failed[at] = ~better
+        active[at] = np.where(better, gained, promised) > enough
+    return Ends(now.x, now.loss, ~active, evaluations)
 
 
 def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.genetic import GeneticAlgorithm, GeneticSettings
 from identify.observer import gain_table
-from identify.polish import SMALL_GAIN, linearise, polish_all
+from identify.polish import SMALL_GAIN, Ends, linearise, polish_all
 from identify.problem import FrictionProblem
 
 Floats = NDArray[np.float64]
@@ -87,19 +87,19 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
     coarse = problem.refined(problem.samples.sample_time)  # one-step errors of a strong observer forgive long steps
     p = problem.p
     low, high = problem.bounds
-    scouts = _with_start(problem, rng.uniform(low[:p], high[:p], size=(SCOUTS, p)))
-    gain = gains[:, _losses_by_gain(coarse, scouts, gains).min(axis=0).argmin()]
+    scouts = with_start(problem, rng.uniform(low[:p], high[:p], size=(SCOUTS, p)))
+    gain = gains[:, losses_by_gain(coarse, scouts, gains).min(axis=0).argmin()]
 
     def criterion(candidates: Floats) -> Floats:
-        return coarse.losses(_with_start(problem, candidates), gain)
+        return coarse.losses(with_start(problem, candidates), gain)
 
     seeds = np.array([_classical(problem)] if start is None else [_classical(problem), start])
     ga, winners = genetic_search(criterion, (low[:p], high[:p]), START, rng, seeds[:, :p])
     evaluations = ga.generation * START.population + SCOUTS * gains.shape[1]
-    points = np.concatenate([seeds, _with_start(problem, _finalists(winners))])
-    ends, losses, spent = polish_all(coarse, points, gain, 12, ROUGH)
-    found = homotopy(problem, _distinct(ends, losses, p), gains, settings, rng)
-    return dataclasses.replace(found, evaluations=found.evaluations + evaluations + spent)
+    points = np.concatenate([seeds, with_start(problem, finalists(winners))])
+    ends = polish_all(coarse, points, gain, 12, ROUGH)
+    found = homotopy(problem, _distinct(ends, p), gains, settings, rng)
+    return dataclasses.replace(found, evaluations=found.evaluations + evaluations + ends.evaluations)
 
 
 class _Homotopy:
@@ -109,24 +109,23 @@ class _Homotopy:
         self.problem, self.gains, self.settings, self.rng = problem, gains, settings, rng
         self.evaluations = 0
 
-    def polish(self, x: Floats, index: Ints, iterations: int, enough: float) -> tuple[Floats, Floats]:
-        """Points x (k, size) polished at the gains of `index` (k,), and their losses."""
-        ends, losses, spent = polish_all(self.problem, x, self.gains[:, index], iterations, enough)
-        self.evaluations += spent
-        return ends, losses
+    def polish(self, x: Floats, index: Ints, iterations: int, enough: float) -> Ends:
+        """Points x (k, size) polished at the gains of `index` (k,)."""
+        ends = polish_all(self.problem, x, self.gains[:, index], iterations, enough)
+        self.evaluations += ends.evaluations
+        return ends
 
     def likeliest(self, x: Floats) -> Ints:
         """Index of the gain at which each of x (k, size) is likeliest. (k,)"""
         self.evaluations += len(x) * self.gains.shape[1]
-        index: Ints = _losses_by_gain(self.problem, x, self.gains).argmin(axis=1)
+        index: Ints = losses_by_gain(self.problem, x, self.gains).argmin(axis=1)
         return index
 
     def settle(self, x: Floats) -> tuple[Floats, float, int]:
         """The best of x (k, size) after a polish at their likeliest gains: unknowns, loss, index of its gain."""
         index = self.likeliest(x)
-        ends, losses = self.polish(x, index, 12, ROUGH)
-        best = int(np.argmin(losses))
-        return ends[best], float(losses[best]), int(index[best])
+        ends = self.polish(x, index, 12, ROUGH)
+        return ends.x[ends.best], float(ends.loss[ends.best]), int(index[ends.best])
 
     def weaker(self, index: int) -> Ints:
         """Indices of the gains half a decade, one and two decades weaker at the same tau, and of the free run."""
@@ -155,38 +154,38 @@ def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Float
     for _ in range(ROUNDS):
         weak = path.weaker(index)
         points = np.concatenate([np.repeat(best[None], len(weak), axis=0), path.kicked(best, index)])
-        trials, _ = path.polish(points, np.append(weak, [index, index]), 5, ROUGH)
-        end, end_loss, end_index = path.settle(trials)
+        trials = path.polish(points, np.append(weak, [index, index]), 5, ROUGH)
+        end, end_loss, end_index = path.settle(trials.x)
         gained = loss - end_loss
         if gained > 0:
             best, loss, index = end, end_loss, end_index
         if gained < LIKELIER:
             break
     for _ in range(3):
-        ends, losses = path.polish(best[None], np.array([index]), 20, SMALL_GAIN)
-        best, loss, before = ends[0], float(losses[0]), index
-        index = int(path.likeliest(ends)[0])
+        ends = path.polish(best[None], np.array([index]), 20, SMALL_GAIN)
+        best, loss, before = ends.x[0], float(ends.loss[0]), index
+        index = int(path.likeliest(ends.x)[0])
         if index == before:
             break
     return SearchResult(best, loss, gains[:, before].copy(), settings[:, before].copy(), path.evaluations)
 
 
-def _losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:
+def losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:
     """Losses of the candidates x (k, size) at all gains (4, g). (k, g)"""
     k, g = len(x), gains.shape[1]
     return problem.losses(np.repeat(x, g, axis=0), np.tile(gains, k)).reshape(k, g)
 
 
-def _distinct(x: Floats, losses: Floats, p: int) -> Floats:
-    """Points x (k, size) without those that came to the same place, best first."""
+def _distinct(ends: Ends, p: int) -> Floats:
+    """Points without those that came to the same place, best first. (k, size)"""
     chosen: list[Floats] = []
-    for k in np.argsort(losses):
-        if np.isfinite(losses[k]) and all(np.abs(x[k, :p] - other[:p]).max() > SAME for other in chosen):
-            chosen.append(x[k])
-    return np.array(chosen or [x[0]])
+    for k in np.argsort(ends.loss):
+        if all(np.abs(ends.x[k, :p] - other[:p]).max() > SAME for other in chosen):
+            chosen.append(ends.x[k])
+    return np.array(chosen)
 
 
-def _with_start(problem: FrictionProblem, candidates: Floats) -> Floats:
+def with_start(problem: FrictionProblem, candidates: Floats) -> Floats:
     """Candidates (m, p) with the measured state at each run's start: (m, size)."""
     return np.concatenate([candidates, np.zeros((len(candidates), problem.size - problem.p))], axis=1)
 
@@ -198,7 +197,7 @@ def _classical(problem: FrictionProblem) -> Floats:
     return x
 
 
-def _finalists(winners: list[tuple[float, Floats]]) -> Floats:
+def finalists(winners: list[tuple[float, Floats]]) -> Floats:
     """The best individuals of the last generations that differ from each other. (<= FINALISTS, p)"""
     chosen: list[Floats] = []
     for _, x in sorted(winners, key=lambda winner: winner[0]):

@@ -1,0 +1,109 @@
+"""Genetic search and polish for the paper's own criterion, eq. (4) over one free run.
+
+The surface of eq. (4) is a maze: a flat valley between F_s, v_s and F_v, with a kink wherever a sample begins or ceases
+to stick. The genetic start therefore looks at the one-step errors of a strong observer, where the way is downhill; its
+best individuals are polished while the observer is weakened to nothing, beside the best of the last generation on eq.
+(4) itself. The search ends when the remaining error is white (nothing is left to find), or when three rounds that know
+nothing of each other agree; else it starts anew.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.special import chdtri
+
+from identify.criterion import FREE
+from identify.genetic import GeneticSettings
+from identify.observer import gain_table
+from identify.polish import polish_all
+from identify.problem import FrictionProblem
+from identify.search import SearchResult, finalists, genetic_search, losses_by_gain, with_start
+
+Floats = NDArray[np.float64]
+
+DESIGN = GeneticSettings(population=32, bits=10, mutation=0.03, target=-np.inf, generations=4)
+LADDER = (0.15, (0.0, 1.0))  # tau [s] of the observer, and decades below the first gain that the polish passes
+SCOUTS = 4  # random candidates that show which gain tracks
+ROUNDS = 12  # restarts at most
+WITNESSES = 3  # rounds that must have found the same end when the error is not white
+ENOUGH = 0.1  # of log-likelihood units: an iteration that gains less is the last
+AGREE = 0.5  # of log-likelihood units: ends closer than this found the same criterion
+SAME = 0.02  # of scaled unknowns
+BLOCKS = (20, 100)  # samples: white errors average out over blocks of either length
+ALARM = 0.01  # share of white errors that fail the test
+
+
+def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats | None = None) -> SearchResult:
+    """Minimise eq. (4) over one free run per run of samples.
+
+    Args:
+        problem: what is searched.
+        rng: source of randomness; the same state gives the same result.
+        start: a known answer (size,) to try first; it competes, it does not bind.
+    """
+    coarse = problem.refined(problem.samples.sample_time)
+    gains = _ladder(coarse, rng)
+    evaluations = SCOUTS * gains.shape[1]
+    best, loss = np.zeros(problem.size) if start is None else start, np.inf
+    fresh: list[tuple[float, Floats]] = []
+    for _ in range(ROUNDS):
+        points, spent = _genetic_start(coarse, gains, rng)
+        known = [best] if np.isfinite(loss) or start is not None else []
+        ends = polish_all(problem, np.array([*points, *known]), FREE, 25, ENOUGH, race=True)
+        evaluations += spent + ends.evaluations
+        own = int(np.argmin(ends.loss[: len(points)]))
+        fresh.append((float(ends.loss[own]), ends.x[own]))
+        best, loss = ends.x[ends.best], float(ends.loss[ends.best])
+        if ends.rested[ends.best] and (is_white(problem, best) or _agreed(fresh, best, loss, problem.p)):
+            break
+    return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations)
+
+
+def is_white(problem: FrictionProblem, x: Floats) -> bool:
+    """Whether the free-run error of x (size,) averages out over blocks as white errors do."""
+    error = problem.errors(x[None], FREE)[:, 0]
+    variance = float(error @ error) / len(error)
+    for length in BLOCKS:
+        count = len(error) // length
+        means = error[: count * length].reshape(count, length).mean(axis=1)
+        if count > 1 and length * float(means @ means) > variance * float(chdtri(count, ALARM)):
+            return False
+    return True
+
+
+def _ladder(problem: FrictionProblem, rng: Generator) -> Floats:
+    """Observer gains from the one that tracks random candidates best down to a weak one. (4, g)"""
+    gains, settings = gain_table(problem.samples.sample_time)
+    tau, decades = LADDER
+    rungs = np.flatnonzero(settings[0] == tau)
+    low, high = problem.bounds
+    scouts = with_start(problem, rng.uniform(low[: problem.p], high[: problem.p], size=(SCOUTS, problem.p)))
+    first = int(losses_by_gain(problem, scouts, gains[:, rungs]).min(axis=0).argmin())
+    return gains[:, rungs[[max(first - round(2 * d), 0) for d in decades]]]
+
+
+def _genetic_start(problem: FrictionProblem, gains: Floats, rng: Generator) -> tuple[Floats, int]:
+    """Points (k, size) for the polish of the free run, and candidate runs spent."""
+    p = problem.p
+    low, high = problem.bounds
+
+    def criterion(candidates: Floats) -> Floats:
+        return problem.losses(with_start(problem, candidates), gains[:, 0])
+
+    ga, winners = genetic_search(criterion, (low[:p], high[:p]), DESIGN, rng)
+    population = with_start(problem, ga.ask())
+    free = problem.losses(population, FREE)
+    points = with_start(problem, finalists(winners)[:1])
+    evaluations = ga.generation * DESIGN.population + len(population)
+    for gain in gains.T:
+        polished = polish_all(problem, points, gain, 10, ENOUGH)
+        points, evaluations = polished.x, evaluations + polished.evaluations
+    return np.concatenate([points, population[[np.argmin(free)]]]), evaluations
+
+
+def _agreed(fresh: list[tuple[float, Floats]], best: Floats, loss: float, p: int) -> bool:
+    """Whether enough rounds found the best end by themselves."""
+    near = [value < loss + AGREE and np.abs(x[:p] - best[:p]).max() < SAME for value, x in fresh]
+    return sum(near) >= WITNESSES
