@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from identify.paper_method import identify_as_in_the_paper
 from identify.polish import polish
 from identify.preprocess import Samples, prepare
 from identify.problem import FrictionProblem
+from identify.profile import BETTER, Alternative, alternatives, doubtful
 from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
 from identify.search import SearchResult, observer_search
 from identify.uncertainty import Uncertainty, uncertainty
@@ -72,9 +73,19 @@ def identify_friction(
     if samples.mended_force:
         samples, problem, found = _ask_the_position(recording, problem, found)
     spread = uncertainty(problem, found.x, found.gain)
-    parameters = describe(problem, found.x, spread)
+    others: list[Alternative] = []
+    if doubtful(found.x, spread):
+        problem, found, spread, others = _look_along_the_valley(problem, found, spread)
+    parameters = describe(problem, found.x, spread, others)
     usual, fastest = median_speed(samples)
-    curve = FrictionCurve(found.x[:4].copy(), problem.scales.force, problem.scales.speed, fastest, spread.part(4))
+    curve = FrictionCurve(
+        found.x[:4].copy(),
+        problem.scales.force,
+        problem.scales.speed,
+        fastest,
+        spread.part(4),
+        tuple((other.x[:4].copy(), other.spread.part(4)) for other in others),
+    )
     force, half = curve.at([usual])
     reason = uninformative(samples, parameters, float(force[0]), float(half[0]), axis)
     return IdentificationResult(
@@ -144,23 +155,52 @@ def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProbl
     return fine, SearchResult(x, end.loss, gain, setting, evaluations)
 
 
-def describe(problem: FrictionProblem, x: Floats, spread: Uncertainty) -> dict[str, Parameter]:
-    """Physical parameters of the unknowns x (size,) with intervals; logarithmic unknowns get asymmetric ones."""
-    half = spread.half_widths(np.eye(len(x)))
+def _look_along_the_valley(
+    problem: FrictionProblem, found: SearchResult, spread: Uncertainty
+) -> tuple[FrictionProblem, SearchResult, Uncertainty, list[Alternative]]:
+    """What fits about as well with another v_s; where one fits better, it is the answer."""
+    others = alternatives(problem, found.x, found.gain, spread)
+    if others and others[0].loss < found.criterion - BETTER:
+        problem, found = finish(problem, dataclasses.replace(found, x=others[0].x))
+        spread = uncertainty(problem, found.x, found.gain)
+        others = alternatives(problem, found.x, found.gain, spread)
+    return problem, found, spread, others
+
+
+def describe(
+    problem: FrictionProblem, x: Floats, spread: Uncertainty, others: Sequence[Alternative] = ()
+) -> dict[str, Parameter]:
+    """Physical parameters of the unknowns x (size,) with intervals; logarithmic unknowns get asymmetric ones.
+
+    The interval holds those of the `others`, which fit about as well.
+    """
+    low, high = _reach(problem, x, spread)
+    for other in others:
+        below, above = _reach(problem, other.x, other.spread)
+        low, high = np.minimum(low, below), np.maximum(high, above)
+    half = 0.5 * (high - low)
     level = max(x[0], x[1], 1e-12)
+    friction = max(level, x[0] + x[3])  # at the speed that scales the unknowns
     parameters = {}
     for index, (name, unit, value, logarithmic, scale) in enumerate(problem.named(x)):
         at_bound = bool(spread.at_bound[index])
         if logarithmic:
             known = half[index] < LOG_KNOWN
-            interval = (value * float(np.exp(-half[index])), value * float(np.exp(half[index])))
+            with np.errstate(over="ignore"):
+                interval = (value * float(np.exp(low[index] - x[index])), value * float(np.exp(high[index] - x[index])))
         else:
-            reference = max(x[index], 0.5 * level) if name == "viscous_coefficient" else level
+            reference = {"viscous_coefficient": max(x[index], 0.5 * level), "constant_force": friction}.get(name, level)
             known = half[index] < FORCE_KNOWN * reference
-            interval = (value - float(half[index] * scale), value + float(half[index] * scale))
+            interval = (float(low[index] * scale), float(high[index] * scale))
         identifiable = bool(known and not at_bound)
         parameters[name] = Parameter(name, value, unit, interval if identifiable else None, identifiable, at_bound)
     return parameters
+
+
+def _reach(problem: FrictionProblem, x: Floats, spread: Uncertainty) -> tuple[Floats, Floats]:
+    """Ends of the 95 % intervals of the first p scaled unknowns. (p,) each"""
+    half = spread.half_widths(np.eye(len(x))[: problem.p])
+    return x[: problem.p] - half, x[: problem.p] + half
 
 
 def _held_out(problem: FrictionProblem, found: SearchResult) -> float:

@@ -89,6 +89,14 @@ class FrictionProblem:
         """The same model on other samples, in the same scales."""
         return FrictionProblem(samples, self.axis, scales=self.scales, first_state=first_state)
 
+    def pinned(self, index: int, value: float) -> FrictionProblem:
+        """The same problem with one scaled unknown held at `value`."""
+        held = self.refined(self.samples.sample_time / self.substeps)
+        low, high = (edge.copy() for edge in self.bounds)
+        low[index] = high[index] = value
+        held.bounds = low, high
+        return held
+
     def masked(self, samples: Samples) -> FrictionProblem:
         """This very problem, steps and first states included, on samples of the same runs with others left out."""
         own = self.samples.sample_time / self.substeps

@@ -57,6 +57,7 @@ class FrictionCurve:
         force, speed: what scales them. [N], [m/s]
         fastest: highest speed the recording visited; beyond it the curve is a guess. [m/s]
         uncertainty: of x.
+        others: scaled parameters (4,) that fit about as well, with their uncertainty; the band holds them too.
     """
 
     x: Floats
@@ -64,15 +65,16 @@ class FrictionCurve:
     speed: float
     fastest: float
     uncertainty: Uncertainty
+    others: tuple[tuple[Floats, Uncertainty], ...] = ()
 
     def at(self, speeds: ArrayLike) -> tuple[Floats, Floats]:
         """Friction and the half-width of its 95 % interval at `speeds` > 0 [m/s]. [N] (k,) each."""
         u = np.asarray(speeds, dtype=np.float64) / self.speed
-        v_s = np.exp(self.x[2])
-        bump = np.exp(-u / v_s)
-        value = self.x[0] + (self.x[1] - self.x[0]) * bump + self.x[3] * u
-        gradient = np.stack([1.0 - bump, bump, (self.x[1] - self.x[0]) * bump * u / v_s, u], axis=1)
-        return value * self.force, self.uncertainty.half_widths(gradient) * self.force
+        value, half = _friction(self.x, self.uncertainty, u)
+        for x, spread in self.others:
+            other, other_half = _friction(x, spread, u)
+            half = np.maximum(half, np.abs(other - value) + other_half)
+        return value * self.force, half * self.force
 
     def to_dict(self, points: int = 12) -> dict[str, list[Any]]:
         """JSON: speeds from a fiftieth of the fastest to the fastest, friction, and its interval."""
@@ -80,6 +82,15 @@ class FrictionCurve:
         force, half = self.at(speeds)
         ci95 = np.stack([force - half, force + half], axis=1)
         return {"speed": speeds.tolist(), "force": force.tolist(), "ci95": ci95.tolist()}
+
+
+def _friction(x: Floats, spread: Uncertainty, u: Floats) -> tuple[Floats, Floats]:
+    """Scaled friction of x (4,) and its half-width at scaled speeds u (k,)."""
+    v_s = np.exp(x[2])
+    bump = np.exp(-u / v_s)
+    value = x[0] + (x[1] - x[0]) * bump + x[3] * u
+    gradient = np.stack([1.0 - bump, bump, (x[1] - x[0]) * bump * u / v_s, u], axis=1)
+    return value, spread.half_widths(gradient)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,8 @@ the covariance. Neighbouring samples, strokes and cycles that err together stay 
 correlation; the block that alone carries the information on a parameter widens its interval, as it should. Two ways to
 cut are averaged, because ten blocks alone know their own scatter only to a quarter; Student's t pays for the rest.
 
-What the marching steps may do is added: on recordings without noise it is all there is.
+Two things are added: what the marching steps may do (on recordings without noise it is all there is), and the width of
+the priors where the data say nothing (a Stribeck velocity without a Stribeck effect).
 
 Gauss-Newton alone (white errors) covers 80-93 % once friction does not repeat, Bartlett windows 84-94 %:
 docs/identification.md has the table.
@@ -29,6 +30,7 @@ BLOCKS = (10, 13)  # no common divisor: their edges fall on different phases of 
 LEVEL = 0.95
 NORMAL = 1.959964
 AT_BOUND = 1e-6  # of a scaled unknown
+MOST_INFLATED = 10.0  # variance over that of white errors
 RIDGE = 1e-12  # of the diagonal: keeps a block that carries everything from dividing by zero
 
 
@@ -40,14 +42,16 @@ class Uncertainty:
         covariance: of the scaled unknowns, widened so that `NORMAL` standard deviations are a 95 % interval.
             (size, size)
         at_bound: unknowns that ended on a bound; they carry no interval. (size,)
+        inflation: variance over that of white errors, on average of the unknowns. [1] >= 1
     """
 
     covariance: Floats
     at_bound: NDArray[np.bool_]
+    inflation: float = 1.0
 
     def part(self, count: int) -> Uncertainty:
         """The same for the first `count` unknowns."""
-        return Uncertainty(self.covariance[:count, :count].copy(), self.at_bound[:count])
+        return Uncertainty(self.covariance[:count, :count].copy(), self.at_bound[:count], self.inflation)
 
     def half_widths(self, gradients: Floats) -> Floats:
         """Half-widths of the 95 % intervals of functions with `gradients` (k, size). (k,)"""
@@ -68,11 +72,13 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     for blocks in BLOCKS:
         widen = float(student.ppf(0.5 + LEVEL / 2, blocks - 1)) / NORMAL
         inner += widen**2 / len(BLOCKS) * jackknife(error, slope, variance, prior, blocks)
-    shift = np.linalg.solve(slope.T @ slope / variance + prior, slope.T @ step_error(problem, x, gain) / variance)
-    inner += np.outer(shift, shift)
+    posterior = np.linalg.pinv(slope.T @ slope / variance + prior, hermitian=True)
+    shift = posterior @ (slope.T @ step_error(problem, x, gain)) / variance
+    inner += np.outer(shift, shift) + posterior @ prior @ posterior
+    ratio = np.diag(inner)[:4] / np.maximum(np.diag(posterior)[:4], 1e-300)
     full = np.zeros((len(x), len(x)))
     full[np.ix_(free, free)] = inner
-    return Uncertainty(full, at_bound)
+    return Uncertainty(full, at_bound, float(np.clip(np.exp(np.mean(np.log(ratio))), 1.0, MOST_INFLATED)))
 
 
 def step_error(problem: FrictionProblem, x: Floats, gain: Floats) -> Floats:
