@@ -1,9 +1,12 @@
 """Data and imports flow one way, I/O libraries stay in the files named for them, and start-up is light."""
 
 import ast
+import itertools
 import json
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -79,17 +82,57 @@ def test_imports_flow_one_way(package, forbidden):
     assert not found
 
 
-def test_every_dependency_is_used():
-    """pyproject's list is honest: what nothing imports is not installed."""
-    import re
-    import tomllib
+def requirements(lines) -> set[str]:
+    """Names as they are imported."""
+    import_names = {"eclipse-zenoh": "zenoh", "pydantic-settings": "pydantic_settings"}
+    names = {re.match(r"[A-Za-z0-9._-]+", line).group().lower() for line in lines}
+    return {import_names.get(name, name) for name in names}
+
+
+def test_the_list_of_dependencies_is_honest():
+    """What is listed is imported, and what is imported is listed."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    used = set().union(*(imported_packages(path) for path in sources()))
+    brought = {"llvmlite"}  # numba brings the one version that fits it
+    foreign = used - set(sys.stdlib_module_names) - set(PACKAGES) - brought
+    core = requirements(project["dependencies"])
+    extras = requirements(project["optional-dependencies"]["parquet"])
+    assert core <= used, "listed, not imported"
+    assert foreign <= core | extras, "imported, not listed"
+
+
+def test_every_installed_package_is_pinned_and_no_index_is_named():
+    pins = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[0-9][A-Za-z0-9.!+]*", pin) for pin in pins)
+    pinned = {re.sub(r"[-_.]+", "-", pin.split("==")[0]).lower() for pin in pins}
+    missing = {name for name in required_distributions() if name not in pinned}
+    assert not missing
+
+
+def required_distributions() -> set[str]:
+    """Everything that installing tribowatch[dev] brings, by normalised name."""
+    from importlib.metadata import requires
+
+    from packaging.requirements import Requirement
+
+    found: set[tuple[str, str]] = set()
+
+    def walk(text: str, extra: str) -> None:
+        requirement = Requirement(text)
+        if requirement.marker and not requirement.marker.evaluate({"extra": extra}):
+            return
+        for asked in ("", *requirement.extras):
+            key = re.sub(r"[-_.]+", "-", requirement.name).lower(), asked
+            if key not in found:
+                found.add(key)
+                for line in requires(requirement.name) or []:
+                    walk(line, asked)
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    import_names = {"eclipse-zenoh": "zenoh", "pydantic-settings": "pydantic_settings", "python-can": "can"}
-    used = set().union(*(imported_packages(path) for path in sources()))
-    listed = {re.match(r"[A-Za-z0-9._-]+", line).group().lower() for line in project["dependencies"]}
-    unused = {name for name in listed if import_names.get(name, name) not in used}
-    assert not unused
+    for line in (*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())):
+        if not line.startswith("tribowatch"):
+            walk(line, "")
+    return {name for name, _ in found}
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["identify", "--help"], ["run", "--help"]])
