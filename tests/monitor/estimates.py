@@ -1,0 +1,36 @@
+"""Estimates as identification would give them, for tests of what comes after it: friction law, errors, times."""
+
+import numpy as np
+
+from monitor.estimate import Curve, Estimate, Parameter
+from monitor.windows import Window, WindowId
+
+GRID = 10.0 ** (np.arange(-16, 0) / 8)
+FASTEST = 0.5  # m/s
+DAY_NS = 86_400 * 10**9
+LAW = {"coulomb": 90.0, "static": 78.0, "stribeck": 0.1, "viscous": 180.0}
+
+
+def friction(v, coulomb, static, stribeck, viscous):
+    return coulomb + (static - coulomb) * np.exp(-v / stribeck) + viscous * v
+
+
+def estimate(
+    number, rng=None, *, scatter=0.01, error=0.005, every_ns=DAY_NS, verdict="identified", fastest=FASTEST, **changes
+):
+    """Window `number`; `changes` are factors on the law. Scatter is of the machine, error of the identification."""
+    law = {name: value * changes.get(name, 1.0) for name, value in LAW.items()}
+    values = friction(GRID, **law)
+    if rng is not None:
+        level, tilt = rng.standard_normal(2)
+        values = values * (1 + scatter * (level + 0.5 * tilt * (GRID / FASTEST - 0.5)))
+        values = values + error * values * rng.standard_normal()
+    half = 1.96 * error * values
+    curve = Curve(tuple(GRID), tuple(values), tuple(values - half), tuple(values + half), fastest)
+    start = number * every_ns
+    return Estimate(
+        Window(WindowId(1, 2000 * number, 2000), start, start + 20 * 10**9),
+        verdict, None if verdict == "identified" else "a reason", "ga+polish", 0, "0", "sha", {},
+        parameters=(Parameter("stribeck_velocity", law["stribeck"], "m/s", 0.09, 0.11),),
+        curve=curve if verdict == "identified" else None,
+    )  # fmt: skip
