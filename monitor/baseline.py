@@ -117,7 +117,7 @@ def learn(
     Args:
         windows: identified, non-overlapping, in order of time.
         needed: windows that make a baseline. [1] >= 5
-        min_change: smallest relative change worth an alert. [1]
+        min_change: relative change the watch is tuned to find soon; half of it is tolerated for ever. [1]
         rate: false alarms of all indicators, both sides, together. [1/a]
         force_unit: N or N*m.
     """

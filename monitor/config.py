@@ -74,7 +74,7 @@ class DriftSection(_Section):
         default=20, ge=5, description="identified, non-overlapping windows that make the baseline"
     )
     min_change: float = Field(
-        default=0.05, gt=0, lt=1, description="smallest relative change of friction worth an alert [1]"
+        default=0.05, gt=0, lt=1, description="relative change the watch is tuned to; half of it is tolerated [1]"
     )
     jam_rise: float = Field(default=0.5, gt=0, description="sudden relative rise of friction called a jam [1]")
 
