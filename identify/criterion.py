@@ -68,6 +68,13 @@ def short_run_criterion(problem: FrictionProblem, x: Floats, run_length: float =
     return float(error @ error) / float(np.sum((samples.position - samples.position.mean()) ** 2))
 
 
+def one_run_criterion(problem: FrictionProblem, x: Floats) -> float:
+    """Eq. (4) of unknowns x (size,), starts included, over one free run; position centred. [1]"""
+    error = problem.errors(x[None], FREE)[:, 0]
+    position = problem.samples.position
+    return float(error @ error) / float(np.sum((position - position.mean()) ** 2))
+
+
 def free_run_criterion(problem: FrictionProblem, candidates: Floats) -> Floats:
     """Eq. (4) of candidates (m, p) over one free run from the measured start; inf where it diverged. (m,)"""
     x = np.concatenate([candidates, np.zeros((len(candidates), problem.size - candidates.shape[1]))], axis=1)

@@ -8,11 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import short_run_criterion
+from identify.criterion import one_run_criterion, short_run_criterion
 from identify.errors import InputError
-from identify.judge import median_speed, too_broken, uninformative, unusable
+from identify.judge import median_speed, too_broken, uninformative, unusable, with_hints
 from identify.observer import gain_table
 from identify.outliers import late_outliers, without
+from identify.output_error import output_error_search
 from identify.paper_method import identify_as_in_the_paper
 from identify.polish import polish
 from identify.preprocess import Samples, prepare
@@ -27,6 +28,7 @@ from plant.recording import Recording
 Floats = NDArray[np.float64]
 
 METHODS = ("ga+polish", "paper")
+CRITERIA = ("observer", "output_error")
 FINISHES = 3  # polishes in fine steps: the likeliest gain may change once the steps err less
 TRAIN = 0.6  # of the samples; the rest is held out
 FORCE_KNOWN = 0.5  # half-width over the friction level, below which a force counts as identified
@@ -39,6 +41,7 @@ def identify_friction(
     *,
     seed: int = 0,
     method: str = "ga+polish",
+    criterion: str = "observer",
     start: Mapping[str, float] | None = None,
 ) -> IdentificationResult:
     """Identify the friction law of eq. (1) and (5) from one recording.
@@ -47,18 +50,21 @@ def identify_friction(
         recording: samples of one run of the axis; the whole of it is used.
         axis: its constants; with `inertia_known = false` the moving mass is estimated too.
         seed: of the search; the same seed gives the same result, bit by bit, on one kind of processor.
-        method: "ga+polish" (genetic start, polish of the one-step prediction with a disturbance observer) or "paper"
-            (the genetic algorithm of §3 on eq. (4), with the preprocessing of §5).
+        method: "ga+polish" (genetic start, then least squares) or "paper" (the genetic algorithm of §3 on eq. (4),
+            with the preprocessing of §5).
+        criterion: what "ga+polish" minimises: "observer", the one-step prediction with a disturbance observer, right
+            on machines with unmodelled forces; or "output_error", eq. (4) over one free run, right without them only.
         start: parameter values to try first, for instance the axis' last answer; they compete, they do not bind.
 
     Returns:
         Parameters with 95 % intervals and verdict; unusable samples give the verdict `bad_data`.
 
     Raises:
-        InputError: an unknown method.
+        InputError: an unknown method or criterion.
     """
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is not known: use one of {', '.join(METHODS)}")
+    for word, value, known in (("method", method, METHODS), ("criterion", criterion, CRITERIA)):
+        if value not in known:
+            raise InputError(f"{word} {value!r} is not known: use one of {', '.join(known)}")
     reason = unusable(recording, axis)
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
@@ -68,15 +74,15 @@ def identify_friction(
     reason = too_broken(samples)
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
-    problem, found = fit(samples, axis, np.random.default_rng(seed), start)
+    problem, found = fit(samples, axis, np.random.default_rng(seed), start, criterion)
+    if problem.samples.mended_force:
+        problem, found = _ask_the_position(recording, problem, found)
     samples = problem.samples
-    if samples.mended_force:
-        samples, problem, found = _ask_the_position(recording, problem, found)
     spread = uncertainty(problem, found.x, found.gain)
     others: list[Alternative] = []
     if doubtful(found.x, spread):
         problem, found, spread, others = _look_along_the_valley(problem, found, spread)
-    parameters = describe(problem, found.x, spread, others)
+    parameters = with_hints(samples, describe(problem, found.x, spread, others), axis)
     usual, fastest = median_speed(samples)
     curve = FrictionCurve(
         found.x[:4].copy(),
@@ -93,7 +99,7 @@ def identify_friction(
         reason=reason,
         axis=axis.name,
         parameters=parameters,
-        criterion=short_run_criterion(problem, found.x),
+        criterion=(one_run_criterion if found.free_run else short_run_criterion)(problem, found.x),
         held_out_criterion=_held_out(problem, found),
         method=method,
         evaluations=found.evaluations,
@@ -108,11 +114,16 @@ def identify_friction(
 
 
 def fit(
-    samples: Samples, axis: Axis, rng: np.random.Generator, start: Mapping[str, float] | None = None
+    samples: Samples,
+    axis: Axis,
+    rng: np.random.Generator,
+    start: Mapping[str, float] | None = None,
+    criterion: str = "observer",
 ) -> tuple[FrictionProblem, SearchResult]:
     """Search, polish in fine steps, and once more without the outliers that only the model could tell."""
     problem = FrictionProblem(samples, axis)
-    found = observer_search(problem, rng, None if start is None else problem.encode(start))
+    search = observer_search if criterion == "observer" else output_error_search
+    found = search(problem, rng, None if start is None else problem.encode(start))
     problem, found = finish(problem, found)
     bad = late_outliers(problem, found.x, found.gain)
     if not bad.any():
@@ -124,17 +135,16 @@ def fit(
 
 def _ask_the_position(
     recording: Recording, problem: FrictionProblem, found: SearchResult
-) -> tuple[Samples, FrictionProblem, SearchResult]:
+) -> tuple[FrictionProblem, SearchResult]:
     """Keep replaced force spikes replaced, unless the position shows that the machine felt them."""
     felt = prepare(recording, problem.axis, repair_force=False)
     if len(felt) != len(problem.samples):
-        return problem.samples, problem, found
+        return problem, found
     felt = dataclasses.replace(felt, valid=problem.samples.valid, position=problem.samples.position)
     other = problem.masked(felt)
     if other.losses(found.x[None], found.gain)[0] >= problem.losses(found.x[None], found.gain)[0]:
-        return problem.samples, problem, found
-    other, again = finish(other, found)
-    return felt, other, again
+        return problem, found
+    return finish(other, found)
 
 
 def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProblem, SearchResult]:
@@ -147,12 +157,15 @@ def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProbl
         x, evaluations = end.x, evaluations + end.evaluations
         if attempt == FINISHES - 1:
             break
+        if found.free_run:
+            break
         index = int(np.argmin(fine.losses(np.repeat(x[None], gains.shape[1], axis=0), gains)))
         evaluations += gains.shape[1]
         if np.array_equal(setting, settings[:, index]):
             break
         gain, setting = gains[:, index].copy(), settings[:, index].copy()
-    return fine, SearchResult(x, end.loss, gain, setting, evaluations)
+    found = dataclasses.replace(found, x=x, criterion=end.loss, gain=gain, setting=setting, evaluations=evaluations)
+    return fine, found
 
 
 def _look_along_the_valley(

@@ -58,7 +58,7 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
         best, loss = ends.x[ends.best], float(ends.loss[ends.best])
         if ends.rested[ends.best] and (is_white(problem, best) or _agreed(fresh, best, loss, problem.p)):
             break
-    return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations)
+    return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations, free_run=True)
 
 
 def is_white(problem: FrictionProblem, x: Floats) -> bool:
@@ -105,5 +105,5 @@ def _genetic_start(problem: FrictionProblem, gains: Floats, rng: Generator) -> t
 
 def _agreed(fresh: list[tuple[float, Floats]], best: Floats, loss: float, p: int) -> bool:
     """Whether enough rounds found the best end by themselves."""
-    near = [value < loss + AGREE and np.abs(x[:p] - best[:p]).max() < SAME for value, x in fresh]
+    near = [value < loss + AGREE and float(np.abs(x[:p] - best[:p]).max()) < SAME for value, x in fresh]
     return sum(near) >= WITNESSES

@@ -127,9 +127,10 @@ def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
     with np.errstate(all="ignore"):
         error = problem.errors(candidates.reshape(k * lanes, -1), np.repeat(gains, lanes, axis=1))
         square, normal, downhill = _normal_equations(problem, error, sign)
-        variance = square / len(error) + 1e-300
+        used = problem.samples.used
+        variance = square / used + 1e-300
         centre, spread = problem.prior
-        loss = len(error) * np.log(variance) + (((x - centre) / spread) ** 2).sum(axis=1)
+        loss = used * np.log(variance) + (((x - centre) / spread) ** 2).sum(axis=1)
         normal = normal / variance[:, None, None] + np.diag(1.0 / spread**2)
         downhill = downhill / variance[:, None] - (x - centre) / spread**2
     usable = np.isfinite(loss) & np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(downhill).all(axis=1)

@@ -26,7 +26,10 @@ class Verdict(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter with its 95 % interval; None where the window does not tell it."""
+    """One parameter with its 95 % interval; None where the window does not tell it.
+
+    `hint` then says why, and which motion would inform it.
+    """
 
     name: str
     value: float
@@ -34,6 +37,7 @@ class Parameter:
     ci95: tuple[float, float] | None
     identifiable: bool
     at_bound: bool = False
+    hint: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """JSON of the contract."""
@@ -43,6 +47,7 @@ class Parameter:
             "ci95": None if self.ci95 is None else list(self.ci95),
             "identifiable": self.identifiable,
             "at_bound": self.at_bound,
+            "hint": self.hint,
         }
 
 
@@ -102,7 +107,7 @@ class IdentificationResult:
         reason: why not, in words and numbers; None when identified.
         axis: its name.
         parameters: by name; empty for bad data.
-        criterion: eq. (4) over one-second free runs, over one free run for method "paper". [1]
+        criterion: eq. (4) over one-second free runs; over one free run where that is what was minimised. [1]
         held_out_criterion: the same on the last 40 %, fitted on the rest. [1]
         method: "ga+polish" or "paper".
         evaluations: candidate simulations spent.

@@ -47,6 +47,7 @@ class SearchResult:
         gain: observer gains at the end, all zero for a free run. (4,)
         setting: tau [s] and rho [1/s²] of the observer. (2,)
         evaluations: candidate runs spent.
+        free_run: whether eq. (4) was asked for, so that the gain is to stay zero.
     """
 
     x: Floats
@@ -54,6 +55,7 @@ class SearchResult:
     gain: Floats
     setting: Floats
     evaluations: int
+    free_run: bool = False
 
 
 def genetic_search(

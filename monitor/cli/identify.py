@@ -27,6 +27,9 @@ def identify_command(
     method: Annotated[str, typer.Option(help="ga+polish, or paper (the paper's own answer, no intervals).")] = (
         "ga+polish"
     ),
+    criterion: Annotated[
+        str, typer.Option(help="What ga+polish minimises: observer, or output_error (eq. (4) of the paper, free run).")
+    ] = "observer",
     seed: Annotated[int, typer.Option(help="Seed of the search; the same seed gives the same answer.")] = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -36,7 +39,7 @@ def identify_command(
 
     described = read_axis(axis)
     data = cut_window(read_first(recording, described, axis), window)
-    result = identify_friction(data, described, seed=seed, method=method)
+    result = identify_friction(data, described, seed=seed, method=method, criterion=criterion)
     if as_json:
         from monitor.cli.output import emit_json
 
