@@ -13,7 +13,9 @@ def warm() -> float:
     started = time.perf_counter()
     from identify.identification import identify_friction
     from plant.scenario_file import read_scenario
+    from plant.warm import warm_up
 
+    warm_up()
     machine = read_scenario("wear")
     identify_friction(machine.burst(0).recording, machine.axis)
     return time.perf_counter() - started

@@ -28,18 +28,19 @@ def sources_digest() -> str:
 
 
 def cache_folder() -> Path:
-    """The first writable of `NUMBA_CACHE_DIR`, the user's cache folder, and a temporary folder (with a warning)."""
+    """The first writable: `NUMBA_CACHE_DIR`, the code's own folder, the user's cache, a temporary one (warns)."""
     given = os.environ.get(FROM_ENVIRONMENT)
     home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
     wanted = [Path(given)] if given else []
-    wanted.append(Path(home) / "tribowatch")
+    wanted += [PLANT / "kernels" / "__pycache__", Path(home) / "tribowatch"]
     for base in wanted:
         folder = base / f"kernels-{sources_digest()}"
         if _writable(folder):
             return folder
     tried = " nor ".join(str(base) for base in wanted)
     warnings.warn(
-        f"cannot write compiled code to {tried}: it is compiled anew at each start; set {FROM_ENVIRONMENT}",
+        f"cannot write compiled code to {tried}: it is compiled anew at each start (half a minute); "
+        f"set {FROM_ENVIRONMENT} to a folder that can be written",
         RuntimeWarning,
         stacklevel=2,
     )

@@ -6,7 +6,7 @@ to its own parameters `p`, its own states `x` and the block `b`; it reads rows o
 
 * phase `TO_DRIVE`, once per sub-step, may change `DRIVE`, the force on its way from the drive to the motor pulley;
 * phase `TO_STEP`, once per sub-step, sees the final `DRIVE` and `TRANSMITTED` and may change the friction;
-* phase `TO_STAGE`, before each of the two velocity solutions, sees `VELOCITY` and sets `STAGE_*` anew;
+* phase `TO_STAGE`, before each of the two velocity solutions, sees `VELOCITY` and adds to `STAGE_*`;
 * phase `AFTER`, when the sub-step is done, advances the law's states.
 """
 

@@ -129,6 +129,15 @@ def _carry(b: Floats, two: bool) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _estimate(b: Floats) -> None:
+    """The velocity that the laws of a stage see, and room for what they add."""
+    for j in range(LANES):
+        b[VELOCITY + j] = 0.5 * (b[SPEED + j] + b[AHEAD + j])
+        b[STAGE_LEVEL + j] = 0.0
+        b[STAGE_FORCE + j] = 0.0
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _resist(b: Floats) -> None:
     """Dry level each way and viscous coefficient at the estimated velocity; HELD acts whatever happens."""
     for j in range(LANES):
@@ -283,6 +292,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
             _dispatch(block, laws, TO_STEP, middle, step)
         for _stage in range(2):
             if many:
+                _estimate(block)
                 _dispatch(block, laws, TO_STAGE, middle, step)
             if structure == 0:
                 _resist_and_solve(block, inverse)
