@@ -54,6 +54,7 @@ bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PY) -m pytest tests/paper -m "slow or not slow" -q
+	$(PY) -m tests.paper.figures
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PY) -m pytest tests/scenarios -m slow -k kill -q -s
