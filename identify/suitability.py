@@ -147,7 +147,7 @@ def _invisible(result: Fit | None, axis: Axis) -> list[str]:
         return ["friction and a constant force cannot be told apart"]
     if result.friction_error > KNOWN * abs(result.friction):
         return [f"friction shows only as {result.friction:.3g} +- {result.friction_error:.2g} {unit}"]
-    if result.friction < axis.drive.force_resolution:
+    if 0 < result.friction < axis.drive.force_resolution:
         step = axis.drive.force_resolution
         return [f"friction of {result.friction:.3g} {unit} is below the force's step of {step:g} {unit}"]
     return []

@@ -5,6 +5,8 @@ from __future__ import annotations
 from monitor.cli.alerts import alerts_command
 from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
+from monitor.cli.axes_check import axes_check_command
+from monitor.cli.axes_init import axes_init_command
 from monitor.cli.check_config import check_config_command
 from monitor.cli.demo import demo_command
 from monitor.cli.doctor import doctor_command
@@ -21,6 +23,8 @@ app.command("identify")(identify_command)
 app.command("replay")(replay_command)
 app.command("history")(history_command)
 app.command("alerts")(alerts_command)
+axes_app.command("init")(axes_init_command)
+axes_app.command("check")(axes_check_command)
 app.add_typer(axes_app)
 app.command("check-config")(check_config_command)
 app.command("doctor")(doctor_command)

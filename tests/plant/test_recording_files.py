@@ -204,11 +204,14 @@ def test_a_scale_for_the_channel_that_is_not_there_is_refused(tmp_path):
 floats = st.lists(st.floats(-1e9, 1e9) | st.just(float("nan")), min_size=3, max_size=3).map(np.array)
 
 
+kinds = st.sampled_from(["csv", "csv.gz", "parquet", "mat"])
+
+
 @given(
     force=floats,
     position=floats,
     velocity=st.none() | floats,
-    kind=st.sampled_from(["csv", "csv.gz", "parquet", "mat"]),
+    kind=kinds,
 )
 @settings(max_examples=40, deadline=None)
 def test_a_written_recording_reads_back_to_the_bit(tmp_path_factory, force, position, velocity, kind):

@@ -69,7 +69,7 @@ def test_the_json_of_the_page_is_read_when_put_by_hand(stream):
 
 def test_the_status_of_the_page_acknowledges():
     payload = fenced("json")[1]
-    assert json.loads(payload)["v"] == VERSION
+    assert json.loads(payload)["schema_version"] == VERSION
     assert committed_seq(payload.encode(), epoch=1) == 3
 
 

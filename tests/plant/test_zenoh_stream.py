@@ -58,7 +58,8 @@ class Daemon:
         self.blocks.append(block)
         if self.commit:
             time.sleep(self.delay)
-            status = {"v": 1, "axis": block.axis, "epoch": block.epoch, "committed_seq": block.seq + len(block) - 1}
+            committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
+            status = {"schema_version": 1, "axis": block.axis, "committed": committed}
             self.session.put(keys.status_key(self.site, block.axis), json.dumps(status))
 
     def __enter__(self):
@@ -242,10 +243,11 @@ def test_only_a_status_of_our_epoch_acknowledges():
     def status(**content):
         return json.dumps(content).encode()
 
-    assert committed_seq(status(epoch=5, committed_seq=99), 5) == 99
-    assert committed_seq(status(epoch=4, committed_seq=99), 5) == -1
-    assert committed_seq(status(epoch=5, committed_seq=None), 5) == -1
-    for junk in (b"", b"[1]", b"{", b"\xff", status(epoch=5)):
+    assert committed_seq(status(committed={"epoch": 5, "seq": 99}), 5) == 99
+    assert committed_seq(status(committed={"epoch": 4, "seq": 99}), 5) == -1
+    assert committed_seq(status(committed={"epoch": 5, "seq": None}), 5) == -1
+    assert committed_seq(status(committed=None), 5) == -1
+    for junk in (b"", b"[1]", b"{", b"\xff", status(epoch=5), status(committed=[5, 99])):
         assert committed_seq(junk, 5) == -1
 
 
