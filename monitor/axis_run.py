@@ -24,7 +24,7 @@ class AxisRun:
     Attributes:
         record: what the database knows.
         axis: its constants; None for an axis that is not listed.
-        assembler: settles its samples; None for an axis that is not listed.
+        assembler: settles its samples; None for an axis that is not listed, or whose sample time is not known yet.
         rule: of its drift.
         drift: state of its watch.
         alarms: by kind.
@@ -83,13 +83,26 @@ class AxisRun:
         return batch
 
 
-def window_rule(axis: Axis, config: Config) -> WindowRule:
+def needs_stream(axis: Axis) -> bool:
+    """Whether the length of a window is known only when the stream shows its sample time."""
+    return axis.analysis_sample_time is not None and axis.stream.sample_time is None
+
+
+def step_of(block: Block) -> int:
+    """Sample time of a block. [ns]; 0 = it holds one sample, which does not tell."""
+    return block.dt_ns or (int(np.median(np.diff(block.t_ns))) if len(block) > 1 else 0)
+
+
+def window_rule(axis: Axis, config: Config, step_ns: int | None = None) -> WindowRule:
     """Windows in raw samples: with `[analysis] sample_time`, a window covers that many times more of them.
 
-    An axis file that says nothing of its stream (one made for recordings) streams as its first recording was sampled.
+    `step_ns` [ns] is what the stream shows, for an axis file that does not say it; where it shows nothing (single
+    samples), the stream is taken to be sampled as the first recording.
     """
-    recorded = next((entry.sample_time for entry in axis.recordings if entry.sample_time), None)
-    nominal, analysis = axis.stream.sample_time or recorded, axis.analysis_sample_time
+    nominal, analysis = axis.stream.sample_time, axis.analysis_sample_time
+    if nominal is None:
+        recorded = next((entry.sample_time for entry in axis.recordings if entry.sample_time), None)
+        nominal = step_ns / 1e9 if step_ns else recorded
     ratio = max(1, round(analysis / nominal)) if nominal and analysis else 1
     return WindowRule(
         samples=config.window.samples * ratio,

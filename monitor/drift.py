@@ -76,7 +76,7 @@ class DriftState:
         since: steps since the first sum left zero, and the friction summed over them. [1], [N] (REFERENCES,)
         onset_ns: start of the first of them. [ns]
         recent: mid-speed friction of the last steps. [N]
-        last_ns: end of the last window that took a step. [ns]
+        last: epoch, and number after the last sample, of the last window that took a step.
         told: kind of change told at the last step, None while there is none.
         before_jam: mid-speed friction before a jam, None while there is none. [N]
         bad_run: bad_data windows in a row. [1]
@@ -91,7 +91,7 @@ class DriftState:
     summed: tuple[float, ...] = ()
     onset_ns: int = 0
     recent: tuple[float, ...] = ()
-    last_ns: int = -(2**62)
+    last: tuple[int, int] = (-1, 0)
     told: Kind | None = None
     before_jam: float | None = None
     bad_run: int = 0
@@ -110,7 +110,7 @@ class DriftState:
         )
         baseline = Baseline.from_dict(values["baseline"]) if values["baseline"] else None
         told = Kind(values["told"]) if values["told"] else None
-        lists = {name: tuple(values[name]) for name in ("up", "down", "summed", "recent")}
+        lists = {name: tuple(values[name]) for name in ("up", "down", "summed", "recent", "last")}
         return cls(**{**values, **lists, "learned": learned, "baseline": baseline, "told": told})
 
 
@@ -121,9 +121,10 @@ def judge(state: DriftState, estimate: Estimate, rule: DriftRule) -> tuple[Drift
     findings = [
         Finding(Kind.DATA_QUALITY, bad_run >= rule.bad_windows, {"windows": bad_run, "reason": estimate.reason})
     ]
-    if not estimate.informative or estimate.window.start_ns < state.last_ns:
+    window = estimate.window.id  # by number, not by stamp: clocks may step back
+    if not estimate.informative or (window.epoch, window.first_seq) < state.last:
         return state, findings
-    state = dataclasses.replace(state, last_ns=estimate.window.end_ns)
+    state = dataclasses.replace(state, last=(window.epoch, window.first_seq + window.samples))
     if state.baseline is None:
         return _learn(state, estimate, rule), findings
     state, drifted = _step(state, state.baseline, estimate, rule)

@@ -13,13 +13,13 @@ from typing import Any
 import structlog
 
 from monitor import alarms as life
-from monitor.axis_run import AxisRun, drift_rule, samples_of, travelling, window_rule
+from monitor.axis_run import AxisRun, drift_rule, needs_stream, samples_of, step_of, travelling, window_rule
 from monitor.config import Config
 from monitor.drift import DriftState, Finding, Kind, indicators, judge
-from monitor.errors import QueryError
+from monitor.errors import DatabaseError, QueryError
 from monitor.estimate import Estimate
 from monitor.identify_window import Job
-from monitor.intake_zenoh import Inbox, Message
+from monitor.inbox import Inbox, Message
 from monitor.judgement import apply, command
 from monitor.payloads import estimate_payload, model_payload, status_payload
 from monitor.queries import transition_dict
@@ -78,8 +78,8 @@ class Pipeline:
             if (axis := axes.get(name)) is None:
                 continue
             run.axis, run.rule = axis, drift_rule(axis, self._config)
-            gaps = self._store.gaps_of(record.id, record.stream.epoch)
-            run.assembler = Assembler(window_rule(axis, self._config), record.stream, gaps)
+            if not needs_stream(axis):
+                self._assemble(run, axis, None)
             run.drift = DriftState.from_dict(record.drift) if record.drift else DriftState()
             run.alarms = self._store.alarms(record.id)
         for row, axis_id, window in self._store.pending():
@@ -89,13 +89,17 @@ class Pipeline:
                 run.order.append(row)
         return runs
 
+    def _assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:
+        gaps = self._store.gaps_of(run.record.id, run.record.stream.epoch)
+        run.assembler = Assembler(window_rule(axis, self._config, step_ns), run.record.stream, gaps)
+        return run.assembler
+
     # --- one turn -----------------------------------------------------------------------------------------
 
     def step(self, timeout: float = 0.05) -> None:
         """Receive, settle, commit, identify, judge, tell: whatever is due; wait at most `timeout` [s] for input."""
         messages, dropped = self._inbox.take(MESSAGES_PER_STEP, timeout)
-        for message in messages:
-            self._receive(message)
+        self._receive_all(messages)
         for key, count in dropped.items():
             if run := self._run_of(key):
                 run.reject("queue_full", count)
@@ -111,8 +115,7 @@ class Pipeline:
     def drain(self) -> None:
         """Take what has arrived and commit it; windows without an answer are done again after a restart."""
         while len(self._inbox):
-            for message in self._inbox.take(MESSAGES_PER_STEP, 0.0)[0]:
-                self._receive(message)
+            self._receive_all(self._inbox.take(MESSAGES_PER_STEP, 0.0)[0])
         self.commit()
         self._collect()
         self._tell_all(self._clock(), at_once=True)
@@ -135,10 +138,21 @@ class Pipeline:
             log.warning("an axis streams that the configuration does not list", axis=name)
         return run
 
-    def _receive(self, message: Message) -> None:
-        run = self._run_of(message.key)
-        if run is None:
-            return
+    def _receive_all(self, messages: list[Message]) -> None:
+        """Take messages; one that trips an error of ours is counted and passed over, its neighbours are served."""
+        for message in messages:
+            run = self._run_of(message.key)
+            if run is None:
+                continue
+            try:
+                self._receive(run, message)
+            except DatabaseError:
+                raise
+            except Exception:
+                if run.reject("internal_error") in LOGGED:
+                    log.exception("a message tripped an error of ours", axis=run.record.name)
+
+    def _receive(self, run: AxisRun, message: Message) -> None:
         run.heard = message.arrived
         try:
             block = decode_block(message.payload, message.encoding)
@@ -149,12 +163,13 @@ class Pipeline:
             if count in LOGGED:
                 log.warning("payload refused", axis=run.record.name, reason=error.reason, why=str(error), count=count)
             return
-        if run.assembler is None:
+        if run.axis is None:
             run.record.samples += len(block)
             run.record.last_ns = int(block.t_ns[-1])
             run.dirty = True
             return
-        run.add(run.assembler.offer(samples_of(block), message.arrived))
+        assembler = run.assembler or self._assemble(run, run.axis, step_of(block))
+        run.add(assembler.offer(samples_of(block), message.arrived))
 
     def _settle(self, now: float) -> None:
         for run in self.runs.values():
@@ -221,8 +236,7 @@ class Pipeline:
 
     def _conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
         """Judge one answer, store it with everything it changed, then tell."""
-        run.drift, findings = judge(run.drift, estimate, run.rule)
-        watched = indicators(run.drift, estimate)
+        findings, watched = self._judge(run, estimate)
         run.record.drift = run.drift.to_dict()
         name, now_ns = run.record.name, estimate.window.end_ns
         touched, changes = apply(self._config.site, name, run.alarms, findings, now_ns, self._alarm_rule)
@@ -231,6 +245,16 @@ class Pipeline:
         if estimate.verdict == "identified":
             self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
         self._tell_changes(run, ids, changes)
+
+    def _judge(self, run: AxisRun, estimate: Estimate) -> tuple[list[Finding], list[dict[str, Any]]]:
+        """Drift; an error of ours there must not cost the answer, nor stop the other axes."""
+        try:
+            run.drift, findings = judge(run.drift, estimate, run.rule)
+            return findings, indicators(run.drift, estimate)
+        except Exception:
+            run.reject("judgement_error")
+            log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))
+            return [], []
 
     # --- alarms -------------------------------------------------------------------------------------------
 

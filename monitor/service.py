@@ -57,7 +57,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
-    from monitor.intake_zenoh import Inbox, Intake
+    from monitor.inbox import Inbox
+    from monitor.intake_zenoh import Intake
     from monitor.pipeline import Pipeline
     from monitor.publish_zenoh import Publications
     from monitor.query_zenoh import HistoryServer

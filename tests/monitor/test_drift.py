@@ -147,10 +147,20 @@ def test_windows_that_tell_nothing_change_nothing():
 def test_overlapping_windows_take_one_step():
     rng = np.random.default_rng(4)
     once = [estimate(k, rng) for k in range(30)]
-    later = [dataclasses.replace(one.window, start_ns=one.window.start_ns + 5 * 10**9) for one in once]
+    later = [dataclasses.replace(one.window, id=dataclasses.replace(one.window.id, first_seq=2000 * k + 500))
+             for k, one in enumerate(once)]  # fmt: skip
     shifted = [dataclasses.replace(one, window=window) for one, window in zip(once, later, strict=True)]
     interleaved = [one for pair in zip(once, shifted, strict=True) for one in pair]
     assert watch(RULE, interleaved)[0] == watch(RULE, once)[0]
+
+
+def test_a_clock_that_was_wrong_once_does_not_blind_the_watch():
+    rng = np.random.default_rng(9)
+    state, _ = watch(RULE, (estimate(k, rng) for k in range(30)))
+    future = estimate(30, rng)
+    future = dataclasses.replace(future, window=dataclasses.replace(future.window, start_ns=2**62, end_ns=2**62 + 10))
+    worn = [estimate(k, rng, **dict.fromkeys(DRY, 1.2)) for k in range(31, 40)]
+    assert watch(RULE, [future, *worn], state)[1][-1] == {Kind.WEAR}
 
 
 def test_one_wild_window_raises_nothing():

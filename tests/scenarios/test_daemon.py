@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from monitor.inbox import Inbox, Message
 from monitor.queries import Reader
 from plant import keys
 from plant.publisher import SamplePublisher
@@ -248,8 +249,6 @@ def test_what_is_wrong_at_the_start_is_said_in_one_line(tmp_path, fault):
 
 
 def test_messages_that_do_not_fit_the_queue_are_counted_not_hidden():
-    from monitor.intake_zenoh import Inbox, Message
-
     inbox = Inbox(3)
     for _ in range(5):
         inbox.put(Message("t/s/a/samples", "application/cbor", b"", time.monotonic()))

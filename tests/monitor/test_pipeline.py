@@ -1,0 +1,217 @@
+"""The corridor with everything real but the wire: store, workers, files; messages are put by hand, time is a number."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from monitor.alarms import Event, State
+from monitor.config import Config
+from monitor.errors import QueryError
+from monitor.inbox import Inbox, Message
+from monitor.pipeline import MAX_UNKNOWN, Pipeline
+from monitor.queries import Reader
+from monitor.store import Store
+from monitor.workers import Workers
+from plant.presets import paper_axis
+from plant.wire import CBOR, Block, encode_block
+from tests.scenarios.harness import START_NS, STEP_NS, blocks_of, burst, wait_for
+
+AXIS = dataclasses.replace(paper_axis(), name="axis-1")
+SMALL = {"window": {"samples": 200, "hop": 200}, "intake": {"stale_after": 100.0}, "drift": {"baseline_windows": 5}}
+
+
+class Bench:
+    """A pipeline on a clock that only the test moves."""
+
+    def __init__(self, folder, workers, axes=(AXIS,), **settings):
+        self.now = 1000.0
+        self.url = f"sqlite:///{folder / 'tribowatch.db'}"
+        self.store = Store(self.url)
+        self.inbox = Inbox(100)
+        self.told = []
+        self.pipeline = Pipeline(
+            Config(site="site", state_dir=folder, **{**SMALL, **settings}), {axis.name: axis for axis in axes},
+            self.store, workers, self.inbox, lambda what, axis, content: self.told.append((what, axis, content)),
+            clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
+        )  # fmt: skip
+
+    def put(self, block, key="tribowatch/site/axis-1/samples"):
+        self.inbox.put(Message(key, CBOR, encode_block(block), self.now))
+
+    def step(self, seconds=1.0):
+        self.now += seconds
+        self.pipeline.step(0.0)
+
+    def finish(self, timeout=60.0):
+        """Go on until every window is answered."""
+        self.step()
+        wait_for(lambda: self.step(0.0) or self.pipeline.backlog == 0, timeout, "answers")
+
+    def heard(self, what):
+        return [content for told, _, content in self.told if told == what]
+
+
+@pytest.fixture(scope="module")
+def workers():
+    one = Workers(2)
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def bench(tmp_path, workers):
+    return Bench(tmp_path, workers)
+
+
+def test_nothing_is_acknowledged_before_it_is_in_the_journal(bench):
+    torque, position = burst(AXIS, samples=200)
+    for block in blocks_of("axis-1", 1, 0, START_NS, torque, position):
+        bench.put(block)
+    bench.step(0.0)  # received, the commit is not due
+    assert bench.heard("status") == []
+    bench.step()
+    assert bench.heard("status")[-1]["committed"] == {"epoch": 1, "seq": 199}
+    with Reader(bench.url) as reader:
+        assert reader.axis("axis-1").samples == 200
+    bench.finish()
+
+
+def test_a_gap_is_waited_for_then_reported(bench):
+    torque, position = burst(AXIS, samples=600)
+    blocks = list(blocks_of("axis-1", 1, 0, START_NS, torque, position))
+    for block in (*blocks[:1], *blocks[3:]):
+        bench.put(block)
+    bench.step()
+    assert bench.heard("status")[-1]["committed"]["seq"] == 99
+    assert bench.heard("status")[-1]["held_blocks"] == 3
+    bench.step(5.0)
+    bench.step()
+    status = bench.heard("status")[-1]
+    assert (status["committed"]["seq"], status["missing"], status["samples"]) == (599, 200, 400)
+    bench.finish()
+    with Reader(bench.url) as reader:
+        assert [(gap["from_seq"], gap["to_seq"]) for gap in reader.history("axis-1")["gaps"]] == [(100, 300)]
+
+
+def test_silence_is_stale_and_resolves_nothing(bench):
+    torque, position = burst(AXIS, samples=200)
+    for block in blocks_of("axis-1", 1, 0, START_NS, torque, position):
+        bench.put(block)
+    bench.finish()
+    bench.step(90.0)
+    assert bench.heard("alerts") == []
+    bench.step(20.0)
+    alert = bench.heard("alerts")[-1]
+    assert (alert["kind"], alert["transition"]["after"]) == ("stale", "unacknowledged")
+    assert "nothing received" in alert["alert"]["text"]
+    for block in blocks_of("axis-1", 1, 200, START_NS + 10**12, torque, position):
+        bench.put(block)
+    bench.step()
+    bench.step()
+    assert bench.heard("alerts")[-1]["transition"]["after"] == "returned_unacknowledged"
+    bench.finish()
+
+
+def test_an_operator_acknowledges_and_a_second_time_changes_nothing(bench):
+    torque, position = burst(AXIS, samples=200)
+    bench.put(next(blocks_of("axis-1", 1, 0, START_NS, torque, position)))
+    bench.step()
+    bench.step(200.0)
+    assert bench.pipeline.command("axis-1", "stale", Event.ACKNOWLEDGE, "Ada")
+    assert not bench.pipeline.command("axis-1", "stale", Event.ACKNOWLEDGE, "Bob")
+    assert bench.heard("alerts")[-1]["transition"]["author"] == "Ada"
+    assert bench.store.alarms(1)["stale"].alarm.state is State.ACKNOWLEDGED
+    with pytest.raises(QueryError, match="no alarm 'wear'"):
+        bench.pipeline.command("axis-1", "wear", Event.ACKNOWLEDGE, "Ada")
+
+
+def test_bad_data_in_a_row_raise_data_quality_and_good_data_end_it(bench):
+    torque, position = burst(AXIS, samples=2000)
+    frozen = np.full(2000, np.nan)
+    for block in blocks_of("axis-1", 1, 0, START_NS, torque, frozen):
+        bench.put(block)
+    bench.finish()
+    alert = bench.heard("alerts")[-1]
+    assert (alert["kind"], alert["transition"]["after"]) == ("data_quality", "unacknowledged")
+    for block in blocks_of("axis-1", 1, 2000, START_NS + 10**12, torque, position):
+        bench.put(block)
+    bench.finish()
+    assert bench.heard("alerts")[-1]["transition"]["after"] == "returned_unacknowledged"
+
+
+def test_strangers_are_counted_up_to_a_limit(bench):
+    stamps = START_NS + np.arange(2) * STEP_NS
+    for number in range(MAX_UNKNOWN + 20):
+        name = f"stranger-{number}"
+        block = Block(name, 1, 0, stamps, np.zeros(2), torque=np.zeros(2), dt_ns=STEP_NS)
+        bench.put(block, f"tribowatch/site/{name}/samples")
+        bench.step(0.0)
+    bench.put(block, "tribowatch/site/alive/samples")
+    bench.step()
+    assert bench.pipeline.unknown_keys == 21
+    with Reader(bench.url) as reader:
+        axes = reader.axes()
+    assert len(axes) == MAX_UNKNOWN + 1
+    assert [axis.samples for axis in axes if not axis.listed] == [2] * MAX_UNKNOWN
+    status = bench.heard("status")[-1]
+    assert not status["listed"]
+    assert "not listed" in status["state"]
+
+
+def test_what_the_queue_could_not_hold_is_counted(bench):
+    torque, position = burst(AXIS, samples=2000)
+    for block in blocks_of("axis-1", 1, 0, START_NS, torque, position, size=10):
+        bench.put(block)  # 200 blocks, the queue holds 100
+    bench.finish()
+    with Reader(bench.url) as reader:
+        axis = reader.axis("axis-1")
+    assert axis.rejected["queue_full"] == 100
+    assert axis.samples == 1000
+
+
+def test_axes_take_turns(tmp_path, workers):
+    other = dataclasses.replace(AXIS, name="axis-2")
+    bench = Bench(tmp_path, workers, axes=(AXIS, other))
+    torque, position = burst(AXIS, samples=2000)
+    for name, samples in (("axis-1", 2000), ("axis-2", 400)):
+        for block in blocks_of(name, 1, 0, START_NS, torque[:samples], position[:samples], size=200):
+            bench.put(block, f"tribowatch/site/{name}/samples")
+    bench.finish()
+    order = [axis for what, axis, _ in bench.told if what == "parameters"]
+    assert order.count("axis-1") == 10
+    assert max(n for n, axis in enumerate(order) if axis == "axis-2") < 9  # it did not wait behind the other ten
+
+
+def test_a_faster_stream_is_averaged_down_and_a_window_covers_more_samples(tmp_path, workers):
+    stream = dataclasses.replace(AXIS.stream, sample_time=None)
+    axis = dataclasses.replace(AXIS, analysis_sample_time=0.05, stream=stream)  # the rate is learned from the stream
+    bench = Bench(tmp_path, workers, axes=(axis,))
+    torque, position = burst(AXIS, samples=2000)
+    for block in blocks_of("axis-1", 1, 0, START_NS, torque, position):
+        bench.put(block)
+    bench.finish()
+    windows = [one["window"] for one in bench.heard("parameters")]
+    assert [(one["first_seq"], one["raw_samples"], one["samples"]) for one in windows] == [
+        (0, 1000, 200), (1000, 1000, 200),
+    ]  # fmt: skip
+
+
+def test_what_was_stored_but_not_told_is_told_after_a_restart(tmp_path, workers):
+    bench = Bench(tmp_path, workers)
+    torque, position = burst(AXIS, samples=200)
+    bench.put(next(blocks_of("axis-1", 1, 0, START_NS, torque, position)))
+    bench.step()
+
+    def dies(what, axis, content):
+        if what == "alerts":
+            raise ConnectionError("killed between storing and telling")
+
+    bench.pipeline._publish = dies
+    with pytest.raises(ConnectionError):
+        bench.step(200.0)
+    bench.store.close()
+    again = Bench(tmp_path, workers)
+    again.pipeline.tell_untold()
+    assert [one["kind"] for one in again.heard("alerts")] == ["stale"]
+    assert again.store.untold() == []
