@@ -1,11 +1,25 @@
 """Killed at random moments, the daemon keeps what it acknowledged, and says what it did not receive."""
 
+import json
+
+import pytest
+
 from tests.scenarios.kill9 import WRONG, run
 
 
-def test_kill_9_loses_nothing_acknowledged_and_doubles_nothing(tmp_path):
-    report = run(tmp_path, kills=5, seed=3)
+def check(report):
     assert {name: report[name] for name in WRONG} == dict.fromkeys(WRONG, 0)
     assert report["integrity"] == "ok"
     assert report["received"] > 0
     assert report["windows"] > 5
+
+
+def test_kill_9_loses_nothing_acknowledged_and_doubles_nothing(tmp_path):
+    check(run(tmp_path, kills=5, seed=3))
+
+
+@pytest.mark.slow
+def test_kill_9_at_twenty_random_moments(tmp_path):
+    report = run(tmp_path, kills=20, seed=20)
+    print(json.dumps(report, indent=1))
+    check(report)
