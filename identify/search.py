@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -25,6 +24,7 @@ SCOUTS = 4  # random candidates that show which gain tracks
 ROUGH = 0.1  # of log-likelihood units: what an iteration must gain where the gain will change anyway
 KICK = 3.0  # standard deviations
 WEAKER = (0, 1, 3)  # half decades below the present gain, less one
+WEAK = 10.0  # 1/s^2, rho: below it the optimum of a still weaker observer is too narrow to be seen from here
 ROUNDS = 8  # of the homotopy at most; two are usual
 SAME = 0.02  # of scaled unknowns: polished points closer than this are one
 CLASSICAL = (0.5, 0.65, float(np.log(0.25)), 0.3)  # F_c, F_s, log v_s, F_v scaled: the branch of a textbook friction
@@ -86,26 +86,44 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
         start: a known answer (size,) to try first, for instance the axis' last one; it competes, it does not bind.
     """
     gains, settings = gain_table(problem.samples.sample_time)
+    path = _Homotopy(problem, gains, settings, rng)
     coarse = problem.refined(problem.samples.sample_time)  # one-step errors of a strong observer forgive long steps
     p = problem.p
     low, high = problem.bounds
     scouts = with_start(problem, rng.uniform(low[:p], high[:p], size=(SCOUTS, p)))
-    gain = gains[:, losses_by_gain(coarse, scouts, gains).min(axis=0).argmin()]
+    by_gain = losses_by_gain(coarse, scouts, gains)
+    gain = gains[:, by_gain.min(axis=0).argmin()]
+    path.evaluations += by_gain.size
+    seeds = np.array([_classical(problem)])
+    if start is not None:
+        witnesses = np.concatenate([seeds, scouts[[by_gain.min(axis=1).argmin()]]])
+        known = path.confirmed(coarse, start, witnesses, gain)
+        if known is not None:
+            x, index = known
+            return path.finished(x, index) if settings[1, index] > WEAK else path.follow(x[None])
+        seeds = np.concatenate([seeds, start[None]])
 
     def criterion(candidates: Floats) -> Floats:
         return coarse.losses(with_start(problem, candidates), gain)
 
-    seeds = np.array([_classical(problem)] if start is None else [_classical(problem), start])
     ga, winners = genetic_search(criterion, (low[:p], high[:p]), START, rng, seeds[:, :p])
-    evaluations = ga.generation * START.population + SCOUTS * gains.shape[1]
     points = np.concatenate([seeds, with_start(problem, finalists(winners))])
     ends = polish_all(coarse, points, gain, 12, ROUGH)
-    found = homotopy(problem, _distinct(ends, p), gains, settings, rng)
-    return dataclasses.replace(found, evaluations=found.evaluations + evaluations + ends.evaluations)
+    path.evaluations += ga.generation * START.population + ends.evaluations
+    return path.follow(_distinct(ends, p))
+
+
+def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator) -> SearchResult:
+    """Polish points x (k, size) under a gain homotopy over gains (4, g), settings (2, g); the likeliest end."""
+    return _Homotopy(problem, gains, settings, rng).follow(x)
 
 
 class _Homotopy:
-    """Points polished at changing gains, and what that cost."""
+    """Points polished at changing gains, and what that cost.
+
+    A strong observer forgives a wrong start, a weak one tells parameters apart; going from one to the other is what
+    makes blind starts converge.
+    """
 
     def __init__(self, problem: FrictionProblem, gains: Floats, settings: Floats, rng: Generator) -> None:
         self.problem, self.gains, self.settings, self.rng = problem, gains, settings, rng
@@ -143,33 +161,58 @@ class _Homotopy:
         points[1, self.problem.p + 1 :: 2] = -self.problem.first_state[:, 1] / self.problem.start_unit[1]
         return np.clip(points, *self.problem.bounds)
 
+    def follow(self, x: Floats) -> SearchResult:
+        """Polish points x (k, size) at their likeliest gains, then with a weaker observer while that is likelier.
 
-def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator) -> SearchResult:
-    """Polish points x (k, size) at their likeliest gains, then with a weaker observer as long as that is likelier.
+        All weaker gains are tried at once, they share the lanes; so do kicks that get a point over the kinks where a
+        sample begins or ceases to stick, the first sample above all.
+        """
+        best, loss, index = self.settle(x)
+        for _ in range(ROUNDS):
+            weak = self.weaker(index)
+            points = np.concatenate([np.repeat(best[None], len(weak), axis=0), self.kicked(best, index)])
+            trials = self.polish(points, np.append(weak, [index, index]), 5, ROUGH)
+            end, end_loss, end_index = self.settle(trials.x)
+            gained = loss - end_loss
+            if gained > 0:
+                best, loss, index = end, end_loss, end_index
+            if gained < LIKELIER:
+                break
+        return self.finished(best, index)
 
-    A strong observer forgives a wrong start, a weak one tells parameters apart; going from one to the other is what
-    makes blind starts converge. All weaker gains are tried at once, they share the lanes; so do kicks that get a
-    point over the kinks where a sample begins or ceases to stick, the first sample above all.
-    """
-    path = _Homotopy(problem, gains, settings, rng)
-    best, loss, index = path.settle(x)
-    for _ in range(ROUNDS):
-        weak = path.weaker(index)
-        points = np.concatenate([np.repeat(best[None], len(weak), axis=0), path.kicked(best, index)])
-        trials = path.polish(points, np.append(weak, [index, index]), 5, ROUGH)
-        end, end_loss, end_index = path.settle(trials.x)
-        gained = loss - end_loss
-        if gained > 0:
-            best, loss, index = end, end_loss, end_index
-        if gained < LIKELIER:
-            break
-    for _ in range(3):
-        ends = path.polish(best[None], np.array([index]), 20, SMALL_GAIN)
-        best, loss, before = ends.x[0], float(ends.loss[0]), index
-        index = int(path.likeliest(ends.x)[0])
-        if index == before:
-            break
-    return SearchResult(best, loss, gains[:, before].copy(), settings[:, before].copy(), path.evaluations)
+    def finished(self, x: Floats, index: int) -> SearchResult:
+        """The last polish of x (size,), at the gain of `index` or the likelier one that shows up on the way."""
+        for _ in range(3):
+            ends = self.polish(x[None], np.array([index]), 20, SMALL_GAIN)
+            x, loss, before = ends.x[0], float(ends.loss[0]), index
+            index = int(self.likeliest(ends.x)[0])
+            if index == before:
+                break
+        return SearchResult(x, loss, self.gains[:, before].copy(), self.settings[:, before].copy(), self.evaluations)
+
+    def confirmed(
+        self, coarse: FrictionProblem, start: Floats, witnesses: Floats, gain: Floats
+    ) -> tuple[Floats, int] | None:
+        """Where `start` (size,) leads and its gain's index, if a witness gets there too; or None.
+
+        Args:
+            coarse: the problem in long steps.
+            start: a known answer, polished at its own likeliest gain.
+            witnesses: points (w, size) that know nothing of it; the best of them counts.
+            gain: strong, for the witnesses to begin at. (4,)
+        """
+        afar = polish_all(coarse, witnesses, gain, 12, ROUGH, race=True)
+        self.evaluations += afar.evaluations
+        pair, lead, index = np.stack([start, afar.x[afar.best]]), 0, -1
+        for _ in range(ROUNDS):
+            before, index = index, int(losses_by_gain(coarse, pair[[lead]], self.gains).argmin())
+            if index == before:
+                break
+            ends = polish_all(coarse, pair, self.gains[:, index], 12, ROUGH)
+            pair, lead = ends.x, ends.best
+            self.evaluations += self.gains.shape[1] + ends.evaluations
+        apart = float(np.abs(pair[0, : coarse.p] - pair[1, : coarse.p]).max())
+        return (pair[lead], index) if apart < SAME and float(np.ptp(ends.loss)) < LIKELIER else None
 
 
 def losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:
