@@ -25,6 +25,16 @@ def committed_seq(payload: bytes, epoch: int) -> int:
     return seq if type(seq) is int else -1
 
 
+def missing_samples(payload: bytes) -> int | None:
+    """How many samples of the axis a status (JSON) reports as missing, ever; None where it does not say."""
+    try:
+        status = json.loads(payload)
+    except (ValueError, RecursionError):
+        return None
+    missing = status.get("missing") if isinstance(status, dict) else None
+    return missing if type(missing) is int else None
+
+
 class Acknowledgements:
     """Listens to the status of one axis and lets a publisher wait for it. A context manager."""
 
@@ -35,6 +45,7 @@ class Acknowledgements:
         self._epoch = epoch
         self._news = threading.Condition()
         self._committed = -1
+        self._missing: list[int] = []  # as first and as last reported
         self._subscriber = session.declare_subscriber(keys.status_key(site, axis_name, prefix), self._hear)
 
     def __enter__(self) -> Self:
@@ -46,8 +57,11 @@ class Acknowledgements:
         self._subscriber.undeclare()  # type: ignore[no-untyped-call]  # zenoh's stub
 
     def _hear(self, sample: zenoh.Sample) -> None:
-        seq = committed_seq(sample.payload.to_bytes(), self._epoch)
+        payload = sample.payload.to_bytes()
+        seq, missing = committed_seq(payload, self._epoch), missing_samples(payload)
         with self._news:
+            if missing is not None:
+                self._missing = [*self._missing[:1], missing]
             if seq > self._committed:
                 self._committed = seq
                 self._news.notify_all()
@@ -56,6 +70,11 @@ class Acknowledgements:
     def committed(self) -> int:
         """Index of the last committed sample; -1 before the first."""
         return self._committed
+
+    @property
+    def missing(self) -> int:
+        """Samples reported as missing since the first status that was heard."""
+        return self._missing[-1] - self._missing[0] if self._missing else 0
 
     def wait_beyond(self, seq: int, timeout: float) -> int:
         """Wait until more than `seq` is committed, at most `timeout` [s]; return what is committed."""

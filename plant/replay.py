@@ -30,7 +30,9 @@ class ReplaySettings:
         block: samples per block. 1 ... 10000
         window: samples that may be on their way unacknowledged; less than the publisher's cache, so that a daemon
             that restarts can still fetch them. >= block
-        stall: how long to wait without any progress of the acknowledgement before giving up on it. [s] > 0
+        stall: how long to wait for the first acknowledgement before giving up on it. [s] > 0
+        patience: how long to wait for the next once there was one: a daemon may be restarting, a recording can wait.
+            [s] > 0
         start_ns: Unix time of the first sample; None means now. [ns]
         encoding: of the payload.
         prefix: of the keys.
@@ -41,6 +43,7 @@ class ReplaySettings:
     block: int = 100
     window: int = 40_000
     stall: float = 15.0
+    patience: float = 60.0
     start_ns: int | None = None
     encoding: str = CBOR
     prefix: str = keys.PREFIX
@@ -53,6 +56,7 @@ class ReplaySettings:
             ("block", "1 ... 10000 samples", 1 <= self.block <= 10_000),
             ("window", ">= block", self.window >= self.block),
             ("stall", "> 0 s", self.stall > 0),
+            ("patience", "> 0 s", self.patience > 0),
             ("start_ns", ">= 0 ns, Unix time", self.start_ns is None or self.start_ns >= 0),
         ):
             if not good:
@@ -80,6 +84,7 @@ class ReplayResult:
         bytes: sent.
         seconds: wall time until the last acknowledgement, or giving up on it. [s]
         committed_seq: last sample that the daemon shows as committed; -1 for none.
+        missing: samples of the axis that the daemon has reported as missing meanwhile.
         acknowledged: the daemon has committed the last sample.
     """
 
@@ -91,11 +96,12 @@ class ReplayResult:
     bytes: int
     seconds: float
     committed_seq: int
+    missing: int
 
     @property
     def acknowledged(self) -> bool:
-        """True when the daemon has committed every sample."""
-        return self.committed_seq >= self.samples - 1
+        """True when the daemon has committed the last sample and misses none."""
+        return self.committed_seq >= self.samples - 1 and self.missing == 0
 
 
 Progress = Callable[[int, int, int], None]
@@ -196,6 +202,7 @@ class _Lane:
             self.sent_bytes,
             seconds,
             self.acknowledgements.committed,
+            self.acknowledgements.missing,
         )
 
 
@@ -235,12 +242,12 @@ class _Player:
         if self.settings.speed and committed <= lane.unheard:
             return  # nobody acknowledges, or no longer: a stream goes on
         while committed < needed:
-            news = lane.acknowledgements.wait_beyond(committed, self.settings.stall)
+            news = lane.acknowledgements.wait_beyond(committed, self._patience(committed))
             if news == committed:
                 lane.unheard = committed
                 if self.settings.speed:
                     return
-                raise _unheard(lane, self.settings)
+                raise _unheard(lane, self._patience(committed))
             committed = news
             self._tell()
 
@@ -248,12 +255,17 @@ class _Player:
         for lane in self.lanes:
             committed = lane.acknowledgements.committed
             while committed < lane.sent - 1:
-                news = lane.acknowledgements.wait_beyond(committed, self.settings.stall)
+                if committed <= lane.unheard and committed >= 0:
+                    break  # waited for long enough already
+                news = lane.acknowledgements.wait_beyond(committed, self._patience(committed))
                 if news == committed:
                     break
                 committed = news
                 self._tell()
         self.seconds = time.monotonic() - self.began
+
+    def _patience(self, committed: int) -> float:
+        return self.settings.stall if committed < 0 else self.settings.patience
 
     def _tell(self) -> None:
         if self.progress:
@@ -261,10 +273,10 @@ class _Player:
             self.progress(sum(lane.sent for lane in self.lanes), acknowledged, self.total)
 
 
-def _unheard(lane: _Lane, settings: ReplaySettings) -> ReachError:
+def _unheard(lane: _Lane, waited: float) -> ReachError:
     name = lane.publisher.axis_name
     return ReachError(
         f"the daemon has acknowledged {lane.acknowledgements.committed + 1} of {lane.sent} samples of {name} "
-        f"and then nothing for {settings.stall:g} s: is the axis listed under [[axis]] in its configuration, "
+        f"and then nothing for {waited:g} s: is the axis listed under [[axis]] in its configuration, "
         "and is the site the same?"
     )

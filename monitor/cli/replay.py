@@ -53,6 +53,11 @@ def replay_command(
     with open_session("client", connect=tuple(connect or [ENDPOINT])) as session, _progress() as tell:
         result = replay(data, described, session, site, settings, tell)
     _show(result, as_json)
+    if result.missing:
+        raise ReachError(
+            f"the daemon reports {result.missing} samples of {result.axis} as missing: it was away for longer than the "
+            "publisher's cache reaches back; replay them again"
+        )
     if not result.acknowledged:
         raise ReachError(
             f"the daemon has committed {result.committed_seq + 1} of {result.samples} samples of {result.axis}: "

@@ -255,3 +255,39 @@ def test_the_encoding_that_arrives_is_the_one_that_was_declared(endpoint):
     with Daemon(endpoint) as daemon, open_session("client", connect=[endpoint]) as session:
         replay([recording(100)], AXIS, session, "s", ReplaySettings(speed=0, encoding=JSON))
         assert len(daemon.blocks) == 1
+
+
+def test_samples_that_the_daemon_reports_as_missing_are_not_called_acknowledged(endpoint):
+    with open_session("peer", listen=[endpoint]) as hub:
+
+        def lossy(sample):
+            block = decode_block(sample.payload.to_bytes(), str(sample.encoding))
+            committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
+            status = {"committed": committed, "missing": 7 + (100 if block.seq > 500 else 0)}
+            hub.put(keys.status_key("s", block.axis), json.dumps(status))
+
+        with (
+            hub.declare_subscriber(keys.samples_pattern("s"), lossy),
+            open_session("client", connect=[endpoint]) as session,
+        ):
+            result = replay([recording(1000)], AXIS, session, "s", ReplaySettings(speed=0))
+    assert (result.committed_seq, result.missing, result.acknowledged) == (999, 100, False)
+
+
+def test_a_replay_waits_for_a_daemon_that_restarts_and_loses_nothing(endpoint):
+    settings = ReplaySettings(speed=0, window=2000, patience=DEADLINE)
+    results, first = [], Daemon(endpoint)
+    with open_session("client", connect=[endpoint]) as session:
+        player = threading.Thread(
+            target=lambda: results.append(replay([recording(20_000)], AXIS, session, "s", settings))
+        )
+        player.start()
+        wait_until(lambda: len(first.blocks) >= 20)
+        first.commit = False
+        first.__exit__()
+        with Daemon(endpoint) as second:
+            player.join(DEADLINE)
+            assert results
+            assert results[0].acknowledged
+            received = {block.seq for block in [*first.blocks, *second.blocks]}
+    assert received == set(range(0, 20_000, 100))
