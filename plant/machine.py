@@ -17,8 +17,8 @@ from plant.effects.effect import Effect, Surroundings
 from plant.errors import InputError
 from plant.kernels import laws as row
 from plant.kernels.laws import LANES, ROWS
-from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, run
-from plant.kernels.shift import delay_all
+from plant.kernels.machine import SWITCHED, TWO_MASSES, WITH_BRISTLES, run
+from plant.kernels.shift import delay_all, delay_pieces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -129,7 +129,7 @@ class Blocks:
         not count: a genetic search would pay for candidates it is about to throw away.
         """
         step = STEP_PER_TIME_CONSTANT / max(float(np.quantile(self.rate, 0.9, method="lower")), 1e-9)
-        if self.structure:
+        if self.structure & (TWO_MASSES | WITH_BRISTLES):
             step = min(step, LONGEST_FINE_STEP)
         return int(np.clip(math.ceil(longest / step * (1.0 - 1e-9)), 2, MOST_SUBSTEPS))
 
@@ -200,6 +200,8 @@ class Plan:
         laws = [(phase, address, (base + p) * LANES, (ROWS + x) * LANES) for phase, address, p, x in table]
         at_motor = machine.two_masses and self.surroundings.sensor_at_motor
         structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
+        structure += SWITCHED * bool(machine.delay.any())
+        b[:, row.SWITCH : row.SWITCH + LANES] = 1.0
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
         return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, rate)
 
@@ -238,18 +240,23 @@ def march(blocks: Blocks, t: Floats, start: Floats, end: Floats, substeps: int) 
     """
     count, m = len(blocks.b), len(blocks.delay)
     out = np.empty((count, len(t), 3, LANES))
-    for i in range(count):
-        delays = _lanes(blocks.delay, count)[i]
-        if not delays.any():
-            first, last = start[:, np.newaxis].copy(), end[:, np.newaxis].copy()
-        else:
-            first, last = delayed_columns(t, start, end, delays)
-        run(blocks.b[i], blocks.laws, blocks.structure, t, first, last, substeps, blocks.observed, out[i])
+    for i, delays in enumerate(_lanes(blocks.delay, count)):
+        force = drive_forces(t, start, end, delays)
+        run(blocks.b[i], blocks.laws, blocks.structure, t, force, substeps, blocks.observed, out[i])
     return out.transpose(2, 1, 0, 3).reshape(3, len(t), count * LANES)[:, :, :m]
 
 
+def drive_forces(t: Floats, start: Floats, end: Floats, delays: Floats) -> Floats:
+    """Drive force as `kernels.machine.load` takes it: (n - 1, 2, 1) without dead times, else (n - 1, 5, lanes)."""
+    if not delays.any():
+        return np.ascontiguousarray(np.stack([start, end], axis=1)[:, :, np.newaxis])
+    force = np.empty((len(start), 5, len(delays)))
+    delay_pieces(t, np.ascontiguousarray(start), np.ascontiguousarray(end), delays, force)
+    return force
+
+
 def delayed_columns(t: Floats, start: Floats, end: Floats, delays: Floats) -> tuple[Floats, Floats]:
-    """Drive force for each delay: start and end of each sample. [N] (n - 1, len(delays)) each."""
+    """Drive force for each delay as one line per sample: start and end. [N] (n - 1, len(delays)) each."""
     first, last = np.empty((len(delays), len(start))), np.empty((len(delays), len(start)))
     for j, delay in enumerate(delays):
         delay_all(t, np.ascontiguousarray(start), np.ascontiguousarray(end), delay, first[j], last[j])

@@ -1,4 +1,4 @@
-"""dead_time: F(t) = F_d(t - t_d); the input is shifted before the march (`plant/kernels/shift.py`)."""
+"""dead_time: F(t) = F_d(t - t_d); the input is shifted before the march, jumps and all (`plant/kernels/shift.py`)."""
 
 from __future__ import annotations
 

@@ -36,6 +36,9 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     # what the caller sets for each sample
     START,  # drive force just after the sample [N]
     END,  # drive force just before the next sample [N]
+    SWITCH,  # fraction of the sample after which START_2 and END_2 hold instead; 1: never [1]
+    START_2,  # like START, of the line after the switch, drawn back to the sample [N]
+    END_2,  # like END, of the line after the switch [N]
     EXTRA,  # further force on the load, e.g. an observer's latent force [N]
     # constants of the machine
     COULOMB,  # F_c [N]
@@ -79,7 +82,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HELD,
     FOLLOWS,
     DECAYS,
-) = range(0, 45 * LANES, LANES)
+) = range(0, 48 * LANES, LANES)
 ROWS = DECAYS // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

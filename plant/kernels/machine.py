@@ -8,6 +8,8 @@ neither needs a smaller step for stability, only for accuracy. Row names: `laws.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -29,6 +31,7 @@ from plant.kernels.laws import (
     DRAG,
     DRIVE,
     END,
+    END_2,
     EXTRA,
     FOLLOWS,
     FORCE,
@@ -54,7 +57,9 @@ from plant.kernels.laws import (
     STAGE_FORCE,
     STAGE_LEVEL,
     START,
+    START_2,
     STIFFNESS,
+    SWITCH,
     TO_DRIVE,
     TO_STAGE,
     TO_STEP,
@@ -73,7 +78,8 @@ from plant.kernels.step import FASTMATH
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TWO_MASSES, WITH_BRISTLES = 1, 2  # bits of `structure`
+TWO_MASSES, WITH_BRISTLES, SWITCHED = 1, 2, 4  # bits of `structure`
+HARDEST = 2.25  # contact rate times sub-step, squared
 SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
 
 
@@ -103,6 +109,30 @@ def _lay_out(b: Floats, fraction: float, half: float, two: bool) -> None:
     else:
         for j in range(LANES):
             b[MOTOR_MIDDLE + j] = b[MIDDLE + j]
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _switch(b: Floats, first: float, last: float) -> None:
+    """Drive force where it switches within the sample: its mean from the fraction `first` to `last` of the sample."""
+    length = last - first
+    for j in range(LANES):
+        part = min(max((b[SWITCH + j] - first) / length, 0.0), 1.0)
+        before, after = first + 0.5 * length * part, last - 0.5 * length * (1.0 - part)
+        force = b[START + j] + before * (b[END + j] - b[START + j])
+        force_2 = b[START_2 + j] + after * (b[END_2 + j] - b[START_2 + j])
+        b[DRIVE + j] = part * force + (1.0 - part) * force_2
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def load(b: Floats, drive: Floats, k: int) -> None:
+    """Put the drive force of sample k into the block: `drive` as in `run`."""
+    own = drive.shape[2] == LANES
+    for j in range(LANES):
+        column = j if own else 0
+        b[START + j], b[END + j] = drive[k, 0, column], drive[k, 1, column]
+        if drive.shape[1] == 5:
+            b[SWITCH + j] = drive[k, 2, column]
+            b[START_2 + j], b[END_2 + j] = drive[k, 3, column], drive[k, 4, column]
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -226,14 +256,20 @@ def _solve_two(b: Floats, h: float, inverse_h: float) -> None:
         v, w = b[SPEED + j], b[MOTOR_SPEED + j]
         gap = b[HALF_GAP + j]
         stretch = b[MOTOR_POSITION + j] - b[POSITION + j]
-        expected = stretch + 0.25 * h * ((w + b[MOTOR_AHEAD + j]) - (v + b[AHEAD + j]))
-        side = 1.0 if expected >= 0.0 else -1.0
-        touches = 1.0 if side * expected >= gap else 0.0
-        stiffness, damping = touches * b[STIFFNESS + j], touches * b[DAMPING + j]
-        spring = stiffness * (stretch - side * gap)
-        coupling = 0.5 * h * stiffness + damping
         motor = 2.0 * b[MOTOR_MASS + j] * inverse_h
         load = b[MASS + j] * inverse_h
+        reduced = b[MOTOR_MASS + j] * b[MASS + j] / (b[MOTOR_MASS + j] + b[MASS + j])
+        # A contact that the sub-step cannot follow is softened: else it throws the sides apart.
+        softer = min(HARDEST * reduced * inverse_h * inverse_h / b[STIFFNESS + j], 1.0) if gap > 0.0 else 1.0
+        k, d = softer * b[STIFFNESS + j], math.sqrt(softer) * b[DAMPING + j]
+        closing = 0.5 * ((w + b[MOTOR_AHEAD + j]) - (v + b[AHEAD + j]))
+        expected = stretch + 0.5 * h * closing
+        side = 1.0 if expected >= 0.0 else -1.0
+        push = k * (side * expected - gap) + d * side * closing
+        touches = 1.0 if (side * expected >= gap) and (gap == 0.0 or push >= 0.0) else 0.0  # a contact cannot pull
+        stiffness, damping = touches * k, touches * d
+        spring = stiffness * (stretch - side * gap)
+        coupling = 0.5 * h * stiffness + damping
         share = coupling / (motor + coupling)
         on_motor = motor * w + b[DRIVE + j] - b[MOTOR_FORCE + j] - spring
         on_load = spring + share * on_motor - b[AGAINST + j] - b[FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
@@ -274,7 +310,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     Args:
         b: the block: rows as named in `laws.py`, then the effects' states and parameters. (rows * LANES,)
         laws: phase, address, first parameter, first state (offsets into `b`) of each law. (l, 4)
-        structure: 0, `TWO_MASSES`, `WITH_BRISTLES`, or both.
+        structure: sum of `TWO_MASSES`, `WITH_BRISTLES`, `SWITCHED` (the force jumps within samples).
         t: time since the start of the recording. [s]
         h: time to the next sample. [s]
         substeps: >= 1.
@@ -286,6 +322,8 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     for i in range(substeps):
         middle = t + (i + 0.5) * step
         _lay_out(block, (i + 0.5) / substeps, 0.5 * step, two)
+        if structure & SWITCHED:
+            _switch(block, i / substeps, (i + 1) / substeps)
         if many:
             _dispatch(block, laws, TO_DRIVE, middle, step)
             _carry(block, two)
@@ -294,7 +332,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
             if many:
                 _estimate(block)
                 _dispatch(block, laws, TO_STAGE, middle, step)
-            if structure == 0:
+            if not (two or bristles):
                 _resist_and_solve(block, inverse)
             else:
                 _resist(block)
@@ -315,8 +353,7 @@ def run(
     laws: Ints,
     structure: int,
     t: Floats,
-    start: Floats,
-    end: Floats,
+    drive: Floats,
     substeps: int,
     observed: int,
     out: Floats,
@@ -328,20 +365,18 @@ def run(
         laws: as in `advance_sample`. (l, 4)
         structure: as in `advance_sample`.
         t: time stamps since the start of the recording. [s] (n,)
-        start: drive force just after each sample; one column for all lanes, or one each. [N] (n - 1, 1 or LANES)
-        end: drive force just before the next sample. [N] likewise
+        drive: drive force [N] just after each sample and just before the next; where a dead time makes it switch
+            also `SWITCH`, `START_2`, `END_2`; a column for all lanes or one each. (n - 1, 2 or 5, 1 or LANES)
         substeps: per sample, >= 1.
         observed: offset of the measured position, `POSITION` or `MOTOR_POSITION`.
         out: observed position [m], its velocity [m/s], friction force [N] at each sample. (n, 3, LANES)
     """
     speed = SPEED if observed == POSITION else MOTOR_SPEED
-    own = start.shape[1] == LANES
     for k in range(t.shape[0]):
         for j in range(LANES):
             out[k, 0, j], out[k, 1, j], out[k, 2, j] = b[observed + j], b[speed + j], b[FRICTION + j]
         if k + 1 < t.shape[0]:
-            for j in range(LANES):
-                b[START + j], b[END + j] = start[k, j if own else 0], end[k, j if own else 0]
+            load(b, drive, k)
             advance_sample(b, laws, structure, t[k], t[k + 1] - t[k], substeps)
     if t.shape[0] > 1:
         for j in range(LANES):

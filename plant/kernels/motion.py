@@ -6,10 +6,28 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from plant.kernels.laws import END, FRICTION, LANES, MOTOR_POSITION, MOTOR_SPEED, SPEED, START
+from plant.kernels.laws import (
+    AGAINST,
+    BUMP,
+    COULOMB,
+    END,
+    END_2,
+    FRICTION,
+    INVERSE_STRIBECK,
+    LANES,
+    MASS,
+    MOTOR_POSITION,
+    MOTOR_SPEED,
+    POSITION,
+    SPEED,
+    START,
+    START_2,
+    SWITCH,
+    VISCOUS,
+)
 from plant.kernels.machine import advance_sample
-from plant.kernels.shift import delayed
-from plant.kernels.step import FASTMATH
+from plant.kernels.shift import delayed_pieces
+from plant.kernels.step import FASTMATH, advance_velocity
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,6 +45,19 @@ Ints = NDArray[np.int64]
     SMOOTHING,  # share of the new difference in the measured velocity [1]
     SETTINGS,
 ) = range(11)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _advance_rigid(b: Floats, drive: float, h: float, substeps: int) -> None:
+    """`advance_sample` for the first lane alone, of one mass without laws under a held force: a fifth of the time."""
+    step = h / substeps
+    inertia, force, v = b[MASS] / step, drive - b[AGAINST], b[SPEED]
+    for _ in range(substeps):
+        ahead = advance_velocity(v, force, inertia, b[COULOMB], b[BUMP], b[INVERSE_STRIBECK], b[VISCOUS])
+        b[FRICTION] = force - inertia * (ahead - v)
+        b[POSITION] += 0.5 * step * (v + ahead)
+        v = ahead
+    b[SPEED] = v
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
@@ -48,7 +79,7 @@ def closed_loop(
     The integrator stands still while the force is at its limit and the error would drive it further.
 
     Args:
-        b: the block at the first tick; left at the last. (rows * LANES,)
+        b: the block at the first tick; its first lane is left at the last. (rows * LANES,)
         laws: as in `advance_sample`. (l, 4)
         structure: as in `advance_sample`.
         t: ticks since the start of the recording. [s] (n,)
@@ -62,6 +93,7 @@ def closed_loop(
     """
     n = t.shape[0]
     speed = MOTOR_SPEED if observed == MOTOR_POSITION else SPEED
+    rigid = laws.shape[0] == 0 and structure == 0 and delay <= 0.0
     step, limit = settings[ENCODER], settings[LIMIT]
     integral, seen, slope = settings[FIRST_INTEGRAL], b[observed], b[speed]
     for k in range(n):
@@ -82,9 +114,13 @@ def closed_loop(
             tick = t[k + 1] - t[k]
             if free == force or (free > force) != (error > 0.0):
                 integral += settings[INTEGRAL_RATE] * tick * error
-            first, last = delayed(t, start, start, k, delay)
-            for j in range(LANES):
-                b[START + j], b[END + j] = first, last
-            advance_sample(b, laws, structure, t[k], tick, substeps)
+            if rigid:
+                _advance_rigid(b, force, tick, substeps)
+            else:
+                first, last, switch, first_2, last_2 = delayed_pieces(t, start, start, k, delay)
+                for j in range(LANES):
+                    b[START + j], b[END + j] = first, last
+                    b[SWITCH + j], b[START_2 + j], b[END_2 + j] = switch, first_2, last_2
+                advance_sample(b, laws, structure, t[k], tick, substeps)
     if n > 1:
         out[2, 0] = out[2, 1]

@@ -1,7 +1,8 @@
 """Dead time: the drive force of an earlier moment, interpolated as the samples are meant (held or linear).
 
-Over one sample the delayed force may jump (held) or bend (linear). It is handed on as the straight line with the same
-mean and the same first moment, so that speed and position at the next sample are those of the true shape.
+Over one sample the delayed force jumps (held) or bends (linear) where an older sample begins: two pieces, and the
+sub-step that contains the switch gets their mean. A reader that knows one straight line per sample alone gets the line
+with the same mean and the same first moment: good for the motion, but not for a load at the edge of breaking away.
 """
 
 from __future__ import annotations
@@ -14,23 +15,8 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
-def delayed(t: Floats, start: Floats, end: Floats, k: int, delay: float) -> tuple[float, float]:
-    """Drive force just after sample k and just before the next, `delay` seconds late [N].
-
-    Looks at samples up to k alone, so that a closed loop may call it while it fills `start` and `end`. Before the first
-    sample the force is that of the first sample.
-
-    Args:
-        t: time stamps. [s] (n,)
-        start: force just after each sample. [N] (n - 1,)
-        end: force just before the next. [N] (n - 1,)
-        k: sample, 0 .. n - 2.
-        delay: >= 0. [s]
-    """
-    if delay <= 0.0:
-        return start[k], end[k]
-    length = t[k + 1] - t[k]
-    low, high = t[k] - delay, t[k + 1] - delay
+def _line(t: Floats, start: Floats, end: Floats, k: int, low: float, high: float) -> tuple[float, float]:
+    """Straight line over [low, high] with mean and first moment of the force there; k: a sample not before `high`."""
     middle = 0.5 * (low + high)
     impulse, moment = 0.0, 0.0
     upper = high
@@ -45,16 +31,75 @@ def delayed(t: Floats, start: Floats, end: Floats, k: int, delay: float) -> tupl
         else:
             slope = (end[i] - start[i]) / (t[i + 1] - t[i])
             first, last = start[i] + slope * (lower - t[i]), start[i] + slope * (upper - t[i])
+        if lower == low and upper == high:
+            return first, last
         piece, mean = upper - lower, 0.5 * (first + last)
         impulse += piece * mean
         moment += piece * mean * (0.5 * (lower + upper) - middle) + piece * piece * (last - first) / 12.0
         upper = lower
+    length = high - low
     mean, tilt = impulse / length, 12.0 * moment / (length * length * length)
     return mean - 0.5 * length * tilt, mean + 0.5 * length * tilt
 
 
 @njit(cache=True, nogil=True)
+def delayed(t: Floats, start: Floats, end: Floats, k: int, delay: float) -> tuple[float, float]:
+    """Drive force just after sample k and just before the next, `delay` seconds late, as one line [N].
+
+    Looks at samples up to k alone, so that a closed loop may call it while it fills `start` and `end`. Before the first
+    sample the force is that of the first sample.
+
+    Args:
+        t: time stamps. [s] (n,)
+        start: force just after each sample. [N] (n - 1,)
+        end: force just before the next. [N] (n - 1,)
+        k: sample, 0 .. n - 2.
+        delay: >= 0. [s]
+    """
+    if delay <= 0.0:
+        return start[k], end[k]
+    return _line(t, start, end, k, t[k] - delay, t[k + 1] - delay)
+
+
+@njit(cache=True, nogil=True)
+def delayed_pieces(
+    t: Floats, start: Floats, end: Floats, k: int, delay: float
+) -> tuple[float, float, float, float, float]:
+    """START, END, SWITCH, START_2, END_2 of sample k (rows of `laws.py`), `delay` seconds late; arguments of `delayed`.
+
+    Where stamps are so irregular that several older samples begin within this one, the last is the switch.
+    """
+    low, high = t[k] - delay, t[k + 1] - delay
+    i = k
+    while i >= 0 and t[i] >= high:
+        i -= 1
+    if delay <= 0.0 or i < 0 or t[i] <= low:
+        first, last = delayed(t, start, end, k, delay)
+        return first, last, 1.0, first, last
+    switch = (t[i] - low) / (high - low)
+    before, at_switch = _line(t, start, end, k, low, t[i])
+    after_switch, after = _line(t, start, end, k, t[i], high)
+    return (
+        before,
+        before + (at_switch - before) / switch,
+        switch,
+        after - (after - after_switch) / (1.0 - switch),
+        after,
+    )
+
+
+@njit(cache=True, nogil=True)
 def delay_all(t: Floats, start: Floats, end: Floats, delay: float, new_start: Floats, new_end: Floats) -> None:
-    """Fill `new_start` and `new_end` (n - 1,) with the force `delay` seconds late."""
+    """Fill `new_start` and `new_end` (n - 1,) with the force `delay` seconds late, one line per sample."""
     for k in range(t.shape[0] - 1):
         new_start[k], new_end[k] = delayed(t, start, end, k, delay)
+
+
+@njit(cache=True, nogil=True)
+def delay_pieces(t: Floats, start: Floats, end: Floats, delays: Floats, drive: Floats) -> None:
+    """Fill `drive` (n - 1, 5, lanes) for each lane's delay (lanes,), see `delayed_pieces`."""
+    for j in range(delays.shape[0]):
+        for k in range(t.shape[0] - 1):
+            pieces = delayed_pieces(t, start, end, k, delays[j])
+            for row in range(5):
+                drive[k, row, j] = pieces[row]

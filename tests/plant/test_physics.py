@@ -149,8 +149,7 @@ def test_dead_time_shows_the_same_motion_later(hold, delay):
     late = push(force, 500, friction=friction, hold=hold, substeps=50, effects={"dead_time": {"delay": delay}})
     past = np.interp(late.t - delay, plain.t, plain.position)
     chord = 150.0 / TOTAL * DT**2 / 8  # what np.interp leaves out between two samples
-    jumps = hold is TorqueHold.HOLD and delay != 0.03  # inside a sample: handed on as a straight line
-    assert np.abs(late.position - past).max() < chord + (1e-4 if jumps else 1e-5)
+    assert np.abs(late.position - past).max() < chord
 
 
 def test_a_limit_is_a_clipped_torque_and_a_scale_a_scaled_one():
