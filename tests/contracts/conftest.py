@@ -1,6 +1,7 @@
 """A simulated recording with its axis file, and a daemon in a process of its own."""
 
 import contextlib
+import json
 import subprocess
 import sys
 import time
@@ -19,6 +20,16 @@ def recorded(tmp_path_factory):
     )
     assert done.returncode == 0, done.stderr
     return folder
+
+
+@pytest.fixture(scope="session")
+def worn(tmp_path_factory):
+    """Folder and JSON of a demo that ran until its alert, five days a second."""
+    folder = tmp_path_factory.mktemp("worn") / "demo"
+    arguments = ("--until-alert", "--json", "--speed", "432000", "--state-dir", folder)
+    done = tribowatch("demo", *arguments, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout), done.stderr
 
 
 @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,8 +12,6 @@ import pytest
 
 from tests.contracts.command import ROOT, complaint, tribowatch, write
 from tests.contracts.conftest import wait_until
-
-FAST = ("--speed", "432000")  # five days a second
 
 
 def start(folder, *arguments):
@@ -42,30 +41,73 @@ def children(folder: Path):
 needs_proc = pytest.mark.skipif(not Path("/proc/self/cwd").exists(), reason="needs /proc to look for orphans")
 
 
-def test_the_alert_comes_is_explained_and_a_second_demo_starts_anew(tmp_path):
-    for _ in range(2):
-        done = tribowatch("demo", "--until-alert", "--json", "--state-dir", tmp_path / "demo", *FAST, timeout=300)
-        assert done.returncode == 0, done.stderr
-        result = json.loads(done.stdout)
-        assert result["schema_version"] == 1
-        assert result["stopped_by"] == "alert"
-        alert = result["alerts"][-1]
-        assert alert["kind"] == "wear"
-        assert alert["evidence"]["relative_ci95"][0] > 0
-        assert alert["likely_cause"]
-        assert alert["recommended_action"]
-        assert result["windows"]["identified"] >= 60
-        assert result["figures"]["event_days"] > 30  # the guide begins to wear on day 30
-        assert result["figures"]["missing"] == 0
-        assert result["parameters"]["coulomb_force"]["unit"] == "N"
-        assert "WEAR" in done.stderr
-    assert (tmp_path / "demo" / "previous" / "tribowatch.db").exists()
+def test_the_alert_comes_and_is_explained(worn):
+    folder, result, said = worn
+    assert result["schema_version"] == 1
+    assert result["stopped_by"] == "alert"
+    alert = result["alerts"][-1]
+    assert alert["kind"] == "wear"
+    assert alert["evidence"]["relative_ci95"][0] > 0
+    assert alert["likely_cause"]
+    assert alert["recommended_action"]
+    assert result["windows"]["identified"] >= 60
+    assert result["figures"]["event_days"] > 30  # the guide begins to wear on day 30
+    assert result["figures"]["missing"] == 0
+    assert result["parameters"]["coulomb_force"]["unit"] == "N"
+    assert "WEAR" in said
+    assert (folder / "daemon.log").exists()
 
-    history = tribowatch("history", result["axis"], "--state-dir", tmp_path / "demo", "--json")
+
+def test_history_alerts_and_axes_tell_what_the_demo_told(worn):
+    folder, result, _ = worn
+    history = tribowatch("history", result["axis"], "--state-dir", folder, "--json")
     series = json.loads(history.stdout)["series"]["coulomb_force"]
     assert series["answers"] >= result["windows"]["identified"]
-    alerts = json.loads(tribowatch("alerts", "--state-dir", tmp_path / "demo", "--json").stdout)
+    assert series["points"][-1]["value"] > series["points"][0]["value"]
+    alerts = json.loads(tribowatch("alerts", "--state-dir", folder, "--json").stdout)
     assert [one["kind"] for one in alerts["alerts"]] == ["wear"]
+    assert alerts["transitions"][0]["transition"]["after"] == "unacknowledged"
+    axes = json.loads(tribowatch("axes", "--state-dir", folder, "--json").stdout)["axes"]
+    assert axes[0]["alarms"] == {"wear": "unacknowledged"}
+    assert axes[0]["baseline"]["complete"]
+
+
+def test_the_same_for_people(worn):
+    folder, result, _ = worn
+    assert "likely cause" in tribowatch("alerts", "--state-dir", folder).stdout
+    shown = tribowatch("history", result["axis"], "--state-dir", folder, "--parameter", "coulomb_force").stdout
+    assert "coulomb force" in shown
+    assert "▁" in shown
+    table = tribowatch("history", result["axis"], "--state-dir", folder, "--points", "10", "--csv").stdout.splitlines()
+    assert table[0].startswith("time,parameter,unit,value,ci95_low,ci95_high")
+    assert len([row for row in table if ",coulomb_force," in row]) <= 10
+    assert result["axis"] in tribowatch("axes", "--state-dir", folder).stdout
+
+
+def test_since_counts_back_from_the_latest_sample_not_from_today(worn):
+    folder, result, _ = worn
+    axis = json.loads(tribowatch("axes", "--state-dir", folder, "--json").stdout)["axes"][0]
+
+    def stamps(*more):
+        done = tribowatch("history", result["axis"], "--state-dir", folder, "--json", *more)
+        return [point["t_ns"] for point in json.loads(done.stdout)["series"]["coulomb_force"]["points"]]
+
+    begin = axis["last_sample_ns"] - 30 * 86400 * 10**9
+    expected = [stamp for stamp in stamps() if stamp >= begin]
+    assert stamps("--since", "30d") == expected
+    assert 0 < len(expected) < result["windows"]["identified"]
+
+
+def test_a_second_demo_starts_anew_and_keeps_the_first(worn, tmp_path):
+    first, folder = worn[1], tmp_path / "demo"
+    shutil.copytree(worn[0], folder)
+    done = tribowatch("demo", "--duration", "3", "--json", "--state-dir", folder, timeout=120)
+    assert done.returncode == 0, done.stderr
+    second = json.loads(done.stdout)
+    assert second["stopped_by"] == "duration"
+    assert second["figures"]["samples"] < first["figures"]["samples"]
+    axes = json.loads(tribowatch("axes", "--state-dir", folder / "previous", "--json").stdout)["axes"]
+    assert axes[0]["samples"] >= first["figures"]["samples"]
 
 
 @needs_proc
@@ -84,12 +126,6 @@ def test_no_process_stays_behind_however_the_demo_ends(tmp_path, number, code):
         assert json.loads(out)["stopped_by"] == "interrupt"
     else:
         assert out == ""
-
-
-def test_duration_ends_it(tmp_path):
-    done = tribowatch("demo", "--duration", "4", "--json", "--state-dir", tmp_path / "demo", timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["stopped_by"] == "duration"
 
 
 def test_the_history_of_a_real_daemon_is_not_touched(tmp_path):

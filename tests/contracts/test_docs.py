@@ -1,0 +1,197 @@
+"""The documentation cannot rot: its commands run, its examples parse, its generated pages match the code.
+
+The commands of one page run in order in one folder. Where the recordings of real machines are absent (they are not part
+of the repository) a simulated twin stands in, so that the commands are the same everywhere.
+"""
+
+import json
+import os
+import re
+import runpy
+import shlex
+import shutil
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.contracts.command import ROOT, tribowatch, write
+from tests.contracts.conftest import daemon
+from tests.contracts.test_cli import all_commands
+
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+GENERATED = ("cli.md", "configuration.md")
+DATA = Path(os.environ.get("TRIBOWATCH_DATA", ROOT.parent / "shared" / "data"))
+LONG = {"make", "git"}  # what they start is tested elsewhere
+
+
+def blocks(page: Path, kind: str) -> list[str]:
+    """Fenced blocks of a page, without their indentation."""
+    found = re.findall(rf"^( *)```{kind}\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.M | re.S)
+    return ["\n".join(line.removeprefix(indent) for line in text.splitlines()) + "\n" for indent, text in found]
+
+
+def commands(page: Path) -> list[list[str]]:
+    """What a page tells to type, in order."""
+    lines = [line for block in blocks(page, "console") for line in block.splitlines() if line.startswith("$ ")]
+    return [words for line in lines if (words := shlex.split(line[2:], comments=True))[0] not in LONG]
+
+
+RUNNABLE = [page for page in PAGES if page.name not in GENERATED and commands(page)]
+
+
+def names(page: Path) -> str:
+    return page.name
+
+
+def test_the_readme_has_commands_to_run():
+    assert ROOT / "README.md" in RUNNABLE
+
+
+@pytest.mark.parametrize("page", RUNNABLE, ids=names)
+def test_commands_run_as_printed(page, tmp_path, worn):
+    here = prepare(tmp_path, page)
+    if page.name != "README.md":  # whose daemon makes a history of its own
+        shutil.copytree(worn[0], here / "var")
+    port = free_port()
+    environment = {"TRIBOWATCH_ZENOH__LISTEN": json.dumps([f"tcp/127.0.0.1:{port}"])}
+    running = None
+    try:
+        for words in commands(page):
+            assert words[0] == "tribowatch", f"{page.name}: {words}"
+            if words[-1] == "&":
+                assert words[1] == "run", f"{page.name}: only the daemon runs in the background"
+                os.environ.update(environment)
+                running = daemon(here / words[words.index("--config") + 1])
+                running.__enter__()
+                continue
+            more = ["--connect", f"tcp/127.0.0.1:{port}"] if words[1] == "replay" else []
+            done = tribowatch(*words[1:], *more, cwd=here, timeout=120, **environment)
+            assert done.returncode == 0, f"{page.name}: {' '.join(words)}: {done.stderr}"
+            assert done.stdout.strip(), f"{page.name}: {' '.join(words)} printed nothing"
+    finally:
+        if running is not None:
+            running.__exit__(None, None, None)
+        for name in environment:
+            os.environ.pop(name, None)
+
+
+def prepare(tmp_path: Path, page: Path) -> Path:
+    """A folder like a checkout, with what the pages name: recordings, a history, configurations."""
+    here = tmp_path / "checkout"
+    here.mkdir()
+    simulate = ("simulate", "--scenario", "wear")
+    done = tribowatch(*simulate, "--out", here / "recording.csv", "--write-axis", here / "axis-0001.toml")
+    assert done.returncode == 0, done.stderr
+    emps = tmp_path / "shared" / "data" / "emps"
+    if (DATA / "emps" / "axis.toml").exists():
+        shutil.copytree(DATA / "emps", emps)
+    else:
+        twin_of_emps(here, emps)
+    for text in blocks(page, "toml"):
+        if match := re.match(r"# ([\w.-]+\.toml)\n", text):
+            write(here / match[1], text)
+    return here
+
+
+def twin_of_emps(here: Path, folder: Path) -> None:
+    """Axis file and recording with the names of the real ones."""
+    folder.mkdir(parents=True)
+    text = (here / "axis-0001.toml").read_text().replace('name = "axis-0001"', 'name = "emps"')
+    write(folder / "axis.toml", text + '\n[[recording]]\nfile = "emps_train.csv"\nsample_time = 0.01\n')
+    shutil.copy(here / "recording.csv", folder / "emps_train.csv")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+# --- what the pages hold ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_generated_pages_match_the_code(name):
+    sys.path.insert(0, str(ROOT))
+    pages = runpy.run_path(str(ROOT / "docs" / "generate.py"))["PAGES"]
+    assert (ROOT / "docs" / name).read_text(encoding="utf-8") == pages[name](), "run: make docs"
+
+
+def test_every_command_is_documented():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    reference = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    for words in all_commands():
+        assert f"`tribowatch {' '.join(words)}`" in reference
+        assert f"`tribowatch {words[0]}`" in readme
+
+
+def test_commands_that_do_not_exist_are_not_documented():
+    known = {words[0] for words in all_commands()}
+    for page in PAGES:
+        # a command is what follows the program in code, not in prose
+        text = page.read_text(encoding="utf-8")
+        named = set(re.findall(r"(?:`|^ *\$ )tribowatch ([a-z][a-z-]+)", text, re.M))
+        assert named <= known, page.name
+
+
+def test_the_axis_file_of_the_page_can_be_read(tmp_path):
+    from plant.axis_file import read_axis
+
+    examples = blocks(ROOT / "docs" / "axis-file.md", "toml")
+    assert len(examples) == 1
+    axis = read_axis(write(tmp_path / "axis.toml", examples[0]))
+    assert axis.name == "axis-0001"
+    assert len(axis.recordings) == 1
+
+
+def test_every_key_of_the_axis_file_is_documented():
+    from plant.axis_schema import TABLES
+
+    text = blocks(ROOT / "docs" / "axis-file.md", "toml")[0]
+    page = (ROOT / "docs" / "axis-file.md").read_text(encoding="utf-8")
+    silent = [key for keys in TABLES.values() for key in keys if key not in text and f"`{key}`" not in page]
+    silent = [key for key in silent if key not in page]
+    assert not silent
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
+            if not target.startswith("http"):
+                assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+# --- what committed files must not hold -------------------------------------------------------------------------
+
+
+def committed_files() -> list[Path]:
+    import subprocess
+
+    done = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
+    if done.returncode != 0:
+        pytest.skip("not a git checkout: no list of committed files")
+    return [ROOT / name for name in done.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+FORBIDDEN = {
+    "an absolute path of somebody's machine": r"(?<![\w.<>/-])/(?:home|Users|work|root|opt|mnt)/[A-Za-z0-9_.-]+",
+    "the address of a package index": r"https?://[^\s\"')>]*(?:pypi|/simple\b)|--(?:extra-)?index-url|file:///",
+    "a key or password": r"-----BEGIN [A-Z ]*PRIVATE KEY|AKIA[0-9A-Z]{16}",
+}
+
+
+@pytest.mark.parametrize("what", FORBIDDEN)
+def test_no_committed_file_names(what):
+    pattern = re.compile(FORBIDDEN[what])
+    found = []
+    for path in committed_files():
+        if path == Path(__file__).resolve():
+            continue
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        found += [f"{path.relative_to(ROOT)}: {match[0]}" for match in pattern.finditer(text)]
+    assert not found
