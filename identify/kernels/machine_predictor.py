@@ -1,0 +1,132 @@
+"""The one-step predictor of `predictor.py` for a machine with any subset of effects, `LANES` candidates at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from plant.kernels.exponential import exp_neg
+from plant.kernels.laws import (
+    AGAINST,
+    BRISTLE,
+    BRISTLE_STIFFNESS,
+    BUMP,
+    COULOMB,
+    END,
+    EXTRA,
+    HALF_GAP,
+    INVERSE_STRIBECK,
+    LANES,
+    MASS,
+    MOTOR_MASS,
+    MOTOR_POSITION,
+    MOTOR_SPEED,
+    POSITION,
+    SPEED,
+    START,
+    STIFFNESS,
+)
+from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, advance_sample
+from plant.kernels.step import FASTMATH
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+SLIDES = 0.1  # of v_s: faster, the bristles are taken as fully bent
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _settled(b: Floats, j: int, force: float) -> float:
+    """Deflection of LuGre's bristles at the start of a run: bent by the sliding, or by the force they hold. [m]."""
+    v = b[SPEED + j]
+    level = b[COULOMB + j] + b[BUMP + j] * exp_neg(abs(v) * b[INVERSE_STRIBECK + j])
+    held = force - b[AGAINST + j]
+    if abs(v) * b[INVERSE_STRIBECK + j] > SLIDES:
+        held = level if v > 0.0 else -level
+    bent: float = min(max(held, -level), level) / b[BRISTLE_STIFFNESS + j]
+    return bent
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
+def predict_machine(
+    block: Floats,
+    laws: Ints,
+    structure: int,
+    force_start: Floats,
+    force_end: Floats,
+    position: Floats,
+    t: Floats,
+    steps: Floats,
+    run: Ints,
+    valid: Bools,
+    substeps: int,
+    observed: int,
+    start: Floats,
+    gain: Floats,
+    scratch: Floats,
+    error: Floats,
+) -> None:
+    """Fill the one-step prediction errors of `LANES` candidates over n samples in one or more runs.
+
+    Args:
+        block: the machines, see `plant.kernels.laws`; its states as they are before a run. (rows * LANES,)
+        laws: active laws. (l, 4)
+        structure: bits for two masses and bristles.
+        force_start: drive force just after each sample [N]; a column each when a delay differs. (n, 1 or LANES)
+        force_end: drive force just before the next one. [N] (n, 1 or LANES)
+        position: measured. [m] (n,)
+        t: time since the start of the recording. [s] (n,)
+        steps: time to the next sample; not used at the end of a run. [s] (n,)
+        run: index of the run a sample belongs to, ascending. (n,)
+        valid: False where the position must not be used: the error is 0 and corrects nothing. (n,)
+        substeps: sub-steps per sample, >= 1.
+        observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
+        start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
+        gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, LANES)
+        scratch: room for a copy of the block, and the latent acceleration. (rows * LANES + LANES,)
+        error: measured minus predicted position. [m] (n, LANES)
+    """
+    n, size = position.shape[0], block.shape[0]
+    lanes_of_force = force_start.shape[1]
+    two, bristles = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0
+    hidden = POSITION if observed == MOTOR_POSITION else MOTOR_POSITION
+    side = -1.0 if observed == MOTOR_POSITION else 1.0
+    b = scratch[:size]
+    d = scratch[size:]
+    current = -1
+    for k in range(n):
+        if run[k] != current:
+            current = run[k]
+            b[:] = block
+            for j in range(LANES):
+                b[observed + j] = start[2 * current, j]
+                b[SPEED + j] = start[2 * current + 1, j]
+                b[MOTOR_SPEED + j] = start[2 * current + 1, j]
+                carried = force_start[k, j if lanes_of_force > 1 else 0]
+                stretch = carried / b[STIFFNESS + j] if two else 0.0
+                stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
+                b[hidden + j] = start[2 * current, j] + side * stretch
+                d[j] = 0.0
+                if bristles:
+                    b[BRISTLE + j] = _settled(b, j, carried)
+        measured = position[k]
+        for j in range(LANES):
+            e = measured - b[observed + j] if valid[k] else 0.0
+            error[k, j] = e
+            dy, dv = gain[0, j] * e, gain[1, j] * e
+            b[POSITION + j] += dy
+            b[SPEED + j] += dv
+            b[MOTOR_POSITION + j] += dy
+            b[MOTOR_SPEED + j] += dv
+            d[j] += gain[2, j] * e
+            b[EXTRA + j] = (b[MASS + j] + (b[MOTOR_MASS + j] if two else 0.0)) * d[j]
+            column = j if lanes_of_force > 1 else 0
+            b[START + j] = force_start[k, column]
+            b[END + j] = force_end[k, column]
+        if k + 1 < n and run[k + 1] == current:
+            advance_sample(b, laws, structure, t[k], steps[k], substeps)
+            for j in range(LANES):
+                d[j] *= gain[3, j]

@@ -1,0 +1,1 @@
+"""Where model and recording differ: locate, name, model, prove; or say what cannot be known."""

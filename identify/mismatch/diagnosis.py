@@ -1,0 +1,284 @@
+"""The front door of the diagnosis: recordings and axis in; verdict, names, sizes, rivals and proof out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.criterion import RUN_LENGTH, noise_level
+from identify.errors import InputError
+from identify.identification import identify_friction
+from identify.judge import median_speed, too_broken, unusable
+from identify.mismatch import words
+from identify.mismatch.baseline import read_torque
+from identify.mismatch.compare import Fit
+from identify.mismatch.data import Evidence, gather
+from identify.mismatch.detect import detectable
+from identify.mismatch.guise import Guise, Setting, guises
+from identify.mismatch.inverse import unexplained
+from identify.mismatch.locate import locate, named_location
+from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.residual import RESTING, setting_of
+from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
+from identify.mismatch.select import Selection, Step, select, tied, without
+from identify.preprocess import Samples, prepare, smooth_velocity
+from identify.result import FrictionCurve, IdentificationResult
+from plant.axis import Axis, TorqueHold
+from plant.effects import find, names
+from plant.recording import Recording
+
+Floats = NDArray[np.float64]
+
+CLEAN = 0.013  # of F_c: latent force of a complete model
+REST = 0.05  # of F_c: latent force beside a name, above which ...
+KEPT = 0.45  # ... and above which share of its former level, the name does not stand
+OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
+FEWEST_MOVING = 100  # samples in motion
+NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
+CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
+HELD_OUT = 1.02  # ratio of eq. (4) on held-out data above which a richer model is refused
+EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    axis: Axis,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Say whether the baseline model leaves physics out, which, how big, and what else it could be.
+
+    Args:
+        recordings: one or more of one machine; notes `commissioning` and `today` mark a before/after pair, otherwise
+            they are repeats with other excitation, the last of which is held out.
+        axis: what the commissioning engineer knows.
+        seed: of the search.
+        progress: told what is being tried.
+
+    Raises:
+        InputError: no recording.
+    """
+    if not recordings:
+        raise InputError("no recording to diagnose: give one, or list [[recording]] in the axis file")
+    for recording in recordings:
+        reason = unusable(recording, axis) or too_broken(prepare(recording, axis))
+        if reason is not None:
+            return _insufficient(axis, seed, f"{recording.source or 'recording'}: {reason}")
+    doubtful = all(
+        recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
+        for recording in recordings
+    )
+    progress("baseline")
+    evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, seed)
+    reason = _too_little(baseline, evidence.train)
+    if reason is not None:
+        return _insufficient(axis, seed, reason)
+    setting = setting_of(baseline.problem, baseline.x)
+    ways = guises({name: find(name) for name in names()}, setting)
+    selection = select(baseline, ways, progress)
+    report = _Report(axis, seed, recordings, evidence, setting, selection, progress)
+    return report.written(ways)
+
+
+def _insufficient(axis: Axis, seed: int, reason: str) -> Diagnosis:
+    """The verdict insufficient_data with its reason."""
+    return Diagnosis(
+        verdict=Verdict.INSUFFICIENT_DATA,
+        axis=axis.name,
+        explanation=f"These recordings cannot tell: {reason}.",
+        reason=reason,
+        seed=seed,
+    )
+
+
+def _too_little(baseline: Fit, samples: Samples) -> str | None:
+    """Why the motion cannot carry a diagnosis, or None."""
+    velocity = np.abs(smooth_velocity(samples))
+    moving = int(np.count_nonzero(velocity > RESTING * float(velocity.max())))
+    travel = float(np.ptp(samples.position))
+    noise = noise_level(samples.position)
+    unit = baseline.problem.axis.position_unit
+    if travel < NOISE_TRAVEL * noise:
+        return f"the axis moved {travel:.2g} {unit}, {travel / noise:.0f} times the noise of its position"
+    if moving < FEWEST_MOVING:
+        return f"only {moving} samples show motion"
+    usual, fastest = median_speed(samples)
+    scales = baseline.problem.scales
+    curve = FrictionCurve(baseline.x[:4], scales.force, scales.speed, fastest, spread_of(baseline).part(4))
+    force, half = curve.at([usual])
+    if not half[0] <= CURVE_KNOWN * abs(force[0]):
+        return f"friction at the usual speed of {usual:.2g} {unit}/s is {force[0]:.2g} ± {half[0]:.1g}: not known"
+    return None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Report:
+    """Everything a finished selection is written up from."""
+
+    axis: Axis
+    seed: int
+    recordings: Sequence[Recording]
+    evidence: Evidence
+    setting: Setting
+    selection: Selection
+    progress: Callable[[str], None]
+
+    @property
+    def level(self) -> float:
+        """F_c of the baseline, or the force scale where it vanishes. [N]."""
+        problem = self.selection.baseline.problem
+        return max(float(problem.law(self.selection.baseline.x[None])[0, 0]), 0.1 * problem.scales.force)
+
+    def written(self, ways: list[Guise]) -> Diagnosis:
+        """Judge the selection on held-out data and say what it means."""
+        selection, evidence = self.selection, self.evidence
+        chosen, baseline = selection.chosen, selection.baseline
+        before, after = baseline.latent_force, chosen.latent_force
+        held = self._held_out(baseline), self._held_out(chosen)
+        effects = self._effects() if selection.steps else ()
+        offset = self._offset(chosen)
+        location: Location | None = None
+        verdict = Verdict.NO_MISMATCH
+        stands = not effects or (
+            held[1] < HELD_OUT * held[0] and not (after > REST * self.level and after > KEPT * before)
+        )
+        if effects and stands:
+            verdict = Verdict.EXPLAINED
+            first = max(effects, key=lambda effect: effect.share)
+            step = next(step for step in selection.steps if step.guise.name == first.name)
+            location = named_location(first.name, first.parameters, first.share, step.evidence.z, evidence.train)
+        if offset is not None and stands:
+            effects = (*effects, offset)
+            verdict = Verdict.EXPLAINED
+            location = location or named_location("force_offset", offset.parameters, offset.share, 6.0, evidence.train)
+        if not stands or (verdict is Verdict.NO_MISMATCH and after > CLEAN * self.level):
+            location = locate(baseline if not stands else chosen, evidence.train, evidence.held_out)
+            if not stands or location is not None:
+                verdict, effects, chosen, held = Verdict.UNEXPLAINED, (), baseline, (held[0], held[0])
+        alternatives = self._alternatives(effects)
+        hidden = detectable(baseline, ways) if verdict is Verdict.NO_MISMATCH else {}
+        remaining = Quantity(chosen.latent_force, self.axis.force_unit)
+        doubt = {name for group in alternatives for name in group}
+        if verdict is Verdict.EXPLAINED:
+            explanation = words.explained(effects, alternatives, held[1] / max(held[0], 1e-300))
+        elif verdict is Verdict.UNEXPLAINED:
+            explanation = words.unexplained(remaining, location)
+        else:
+            explanation = words.nothing_missing(remaining, hidden)
+        return Diagnosis(
+            verdict=verdict,
+            axis=self.axis.name,
+            explanation=explanation,
+            effects=effects,
+            alternatives=alternatives if effects else (),
+            location=location,
+            fit={
+                "baseline": Pair(baseline.short_run(), held[0]),
+                "extended": Pair(chosen.short_run(), held[1]),
+            },
+            force_error={"baseline": self._force_errors(baseline), "extended": self._force_errors(chosen)},
+            held_out_kind=evidence.kind,
+            run_length=RUN_LENGTH,
+            remaining_force=remaining,
+            detectable=hidden,
+            changes=self._changes(),
+            next_experiment=words.next_experiment(doubt, self.setting) if effects else None,
+            seed=self.seed,
+            data_sha256=evidence.sha256,
+            preprocessing=evidence.removed,
+        )
+
+    def _held_out(self, fitted: Fit) -> float:
+        """Eq. (4) over one-second free runs on data the fit has not seen. [1]."""
+        problem = fitted.problem.on(self.evidence.held_out)
+        x = np.concatenate([fitted.x[: problem.p], np.zeros(2 * self.evidence.held_out.runs)])
+        return Fit(problem, dataclasses.replace(fitted.found, x=x)).short_run()
+
+    def _force_errors(self, fitted: Fit) -> Pair:
+        """Force error on train and held-out samples. [%]."""
+        errors = [unexplained(fitted.problem, fitted.x, part) for part in (self.evidence.train, self.evidence.held_out)]
+        return Pair(*(None if error is None else error.error for error in errors))
+
+    def _effects(self) -> tuple[FoundEffect, ...]:
+        """The chosen effects, the largest share first."""
+        chosen = self.selection.chosen
+        spread = spread_of(chosen)
+        with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
+        found = []
+        for step in self.selection.steps:
+            guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
+            self.progress(f"share of {guise.name}")
+            rest = without(chosen, guise) if len(self.selection.steps) > 1 else self.selection.baseline
+            lacking = unexplained(rest.problem, rest.x, self.evidence.train)
+            share = 0.0
+            if with_all is not None and lacking is not None:
+                share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
+            found.append(
+                FoundEffect(
+                    guise.name, float(np.clip(share, 0.0, 1.0)), quantities(chosen, guise, spread), step.force_rms
+                )
+            )
+        return tuple(sorted(found, key=lambda effect: -effect.share))
+
+    def _offset(self, fitted: Fit) -> FoundEffect | None:
+        """The constant force as an effect, where mass and gravity are known and it is beyond what they allow."""
+        problem = fitted.problem
+        if not problem.gravity_known or any(guise.name == "force_offset" for guise in problem.guises):
+            return None
+        scale = problem.scales.force
+        value = float(fitted.x[4] * scale)
+        unit = np.zeros((1, len(fitted.x)))
+        unit[0, 4] = scale
+        half = float(spread_of(fitted).half_widths(unit)[0])
+        allowed = OFFSET_PRIOR * (self.axis.drive.rated_force or scale)
+        if abs(value) - half < allowed:
+            return None
+        quantity = Quantity(value, self.axis.force_unit, (value - half, value + half))
+        lacking = unexplained(problem, fitted.x, self.evidence.train)
+        rest = 0.0 if lacking is None else float(np.mean(lacking.lacking**2))
+        return FoundEffect("force_offset", value**2 / (value**2 + rest), {"force": quantity}, abs(value))
+
+    def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
+        """The chosen set, then every set these data cannot tell from it."""
+        chosen = tuple(effect.name for effect in effects)
+        sets = [chosen]
+        for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
+            for rival in _strong(tied(step, rivals)):
+                swapped = tuple(rival.guise.name if name == step.guise.name else name for name in chosen)
+                if len(set(swapped)) == len(swapped) and set(swapped) not in [set(s) for s in sets]:
+                    sets.append(swapped)
+        for name, twin in EXACT.items():
+            if name in chosen and twin not in chosen and (name == "force_offset" or self.setting.free_offset):
+                sets.append(tuple(twin if n == name else n for n in chosen))
+        return tuple(sets)
+
+    def _changes(self) -> tuple[Change, ...]:
+        """Parameters that differ between commissioning and today by more than their uncertainty."""
+        before = [r for r in self.recordings if r.note.strip() == "commissioning"]
+        today = [r for r in self.recordings if r.note.strip() == "today"]
+        if not before or not today:
+            return ()
+        return changes(*(identify_friction(r, self.axis, seed=self.seed) for r in (before[-1], today[-1])))
+
+
+def changes(before: IdentificationResult, after: IdentificationResult) -> tuple[Change, ...]:
+    """Parameters identified in both that differ by more than the interval of the difference."""
+    found = []
+    for name, old in before.parameters.items():
+        new = after.parameters.get(name)
+        if new is None or old.ci95 is None or new.ci95 is None:
+            continue
+        half = float(np.hypot(old.ci95[1] - old.ci95[0], new.ci95[1] - new.ci95[0])) / 2.0
+        moved = new.value - old.value
+        if abs(moved) > half:
+            found.append(Change(name, old.value, new.value, old.unit, (moved - half, moved + half)))
+    return tuple(found)
+
+
+def _strong(rivals: list[Step]) -> list[Step]:
+    """Rivals that would earn a name themselves."""
+    return [rival for rival in rivals if rival.refused is None]

@@ -1,0 +1,195 @@
+"""The baseline model with effects as a problem: same unknowns first, then the effects', then the runs' starts.
+
+Everything written for the baseline (polish, homotopy, uncertainty, short-run criterion) works on it unchanged.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.kernels.machine_predictor import predict_machine
+from identify.mismatch.guise import Guise
+from identify.preprocess import Samples
+from identify.problem import FINEST_SUBSTEP, FrictionProblem, Scales
+from plant.axis import Axis
+from plant.effects.effect import Surroundings
+from plant.kernels.laws import LANES
+from plant.machine import Blocks, Plan, delayed_columns
+
+Floats = NDArray[np.float64]
+
+
+class ExtendedProblem(FrictionProblem):
+    """Prediction errors of the baseline model plus the effects of `guises`."""
+
+    def __init__(
+        self,
+        samples: Samples,
+        axis: Axis,
+        guises: tuple[Guise, ...] = (),
+        *,
+        middle: float | None = None,
+        scales: Scales | None = None,
+        first_state: Floats | None = None,
+        most_substeps: int = 12,
+    ) -> None:
+        """Order the effects as their laws run.
+
+        Args:
+            samples: as for the baseline.
+            axis: as for the baseline.
+            guises: the effects.
+            middle: of the travel of all recordings; None takes that of `samples`. [m]
+            scales: as for the baseline.
+            first_state: as for the baseline.
+            most_substeps: per sample; one-step errors forgive steps that a free run would not.
+        """
+        super().__init__(samples, axis, scales=scales, first_state=first_state)
+        self.base = self.p
+        self.most_substeps = most_substeps
+        self.guises = tuple(sorted(guises, key=lambda guise: (guise.effect.order, guise.name)))
+        self.p = self.base + sum(guise.size for guise in self.guises)
+        if middle is None:
+            middle = 0.5 * float(samples.position.min() + samples.position.max())
+        self.middle = middle
+        self.plan = Plan(Surroundings.of(axis, middle), tuple(guise.effect for guise in self.guises))
+        self._drive = self._drive_force()
+        plain = FrictionProblem(samples, axis, scales=self.scales, first_state=first_state)
+        self._plain = plain.bounds, plain.prior
+        self._lane_error: Floats = np.empty((0, 0))
+
+    def on(self, samples: Samples, first_state: Floats | None = None) -> ExtendedProblem:
+        """The same model on other samples."""
+        return ExtendedProblem(
+            samples,
+            self.axis,
+            self.guises,
+            middle=self.middle,
+            scales=self.scales,
+            first_state=first_state,
+            most_substeps=self.most_substeps,
+        )
+
+    def refined(self, longest_substep: float = FINEST_SUBSTEP) -> ExtendedProblem:
+        """The same problem marched in finer steps."""
+        finer = self.on(self.samples, self.first_state)
+        finer.substeps = max(1, int(np.ceil(self.samples.sample_time / longest_substep - 1e-9)))
+        finer.most_substeps = 4 * self.most_substeps
+        return finer
+
+    def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
+        """The same data with other effects."""
+        return ExtendedProblem(
+            self.samples,
+            self.axis,
+            guises,
+            middle=self.middle,
+            scales=self.scales,
+            first_state=self.first_state,
+            most_substeps=self.most_substeps,
+        )
+
+    def slot(self, guise: Guise) -> slice:
+        """Where the unknowns of `guise` stand in x."""
+        at = self.base
+        for other in self.guises:
+            if other is guise:
+                return slice(at, at + guise.size)
+            at += other.size
+        raise KeyError(guise.name)
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest scaled unknowns. (size,) each"""
+        low, high = self._wide(self._plain[0][0]), self._wide(self._plain[0][1])
+        for guise in self.guises:
+            low[self.slot(guise)], high[self.slot(guise)] = guise.bounds()
+        return low, high
+
+    @cached_property
+    def prior(self) -> tuple[Floats, Floats]:
+        """Centre and standard deviation of the weak priors. (size,) each"""
+        centre, spread = self._wide(self._plain[1][0]), self._wide(self._plain[1][1])
+        for guise in self.guises:
+            centre[self.slot(guise)] = 0.0
+            spread[self.slot(guise)] = [unknown.spread for unknown in guise.unknowns]
+        return centre, spread
+
+    def _wide(self, x: Floats) -> Floats:
+        """Room for the effects' unknowns between those of the baseline and the starts."""
+        return np.concatenate([x[: self.base], np.zeros(self.p - self.base), x[self.base :]])
+
+    def blocks(self, x: Floats) -> Blocks:
+        """The machines of candidates x (m, >= p)."""
+        s = self.scales
+        law = self.law(x)
+        friction = np.stack([law[0], law[0] + law[1], 1.0 / law[2], law[3]])
+        rows = [guise.values(x[:, self.slot(guise)]) for guise in self.guises]
+        values = np.concatenate(rows) if rows else np.empty((0, len(x)))
+        constant = law[5] - self.axis.mechanics.weight
+        with np.errstate(divide="ignore", over="ignore"):
+            return self.plan.blocks(friction, values, mass=law[4], constant_force=constant, speed=s.speed)
+
+    def errors(self, x: Floats, gain: Floats) -> Floats:
+        """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        m = len(x)
+        blocks = self.blocks(x)
+        count = len(blocks.b)
+        padded = count * LANES
+        fill = np.minimum(np.arange(padded), m - 1)
+        start = np.ascontiguousarray(self.start(x)[:, fill])
+        gains = gain[:, fill] if gain.ndim == 2 else np.repeat(gain[:, None], padded, axis=1)
+        s = self.samples
+        if self._lane_error.shape != (len(s), padded):
+            self._lane_error = np.empty((len(s), padded))
+        substeps = max(self.substeps, min(blocks.substeps(s.sample_time), self.most_substeps))
+        one = np.empty((len(s), LANES))
+        scratch = np.empty(blocks.b.shape[1] + LANES)
+        for i in range(count):
+            lanes = slice(i * LANES, (i + 1) * LANES)
+            first, last = self.columns(blocks.delay[fill[lanes]])
+            predict_machine(
+                blocks.b[i],
+                blocks.laws,
+                blocks.structure,
+                first,
+                last,
+                s.position,
+                s.t,
+                s.steps,
+                s.run,
+                s.valid,
+                substeps,
+                blocks.observed,
+                np.ascontiguousarray(start[:, lanes]),
+                np.ascontiguousarray(gains[:, lanes]),
+                scratch,
+                one,
+            )
+            self._lane_error[:, lanes] = one
+        return self._lane_error[:, :m]
+
+    def _drive_force(self) -> tuple[Floats, Floats]:
+        """Drive force just after each sample and just before the next. [N] (n, 1) each"""
+        force = self.samples.force
+        after = np.append(force[1:], force[-1]) if self.samples.linear else force
+        return np.ascontiguousarray(force[:, None]), np.ascontiguousarray(after[:, None])
+
+    def columns(self, delay: Floats) -> tuple[Floats, Floats]:
+        """Drive force for each lane's dead time [s]: one column where there is none."""
+        if not delay.any():
+            return self._drive
+        s = self.samples
+        first, last = np.empty((len(s), len(delay))), np.empty((len(s), len(delay)))
+        for a, b in itertools.pairwise([*s.first.tolist(), len(s)]):
+            if b - a < 2:
+                first[a:b], last[a:b] = self._drive[0][a:b], self._drive[1][a:b]
+                continue
+            early, late = delayed_columns(s.t[a:b], self._drive[0][a : b - 1, 0], self._drive[1][a : b - 1, 0], delay)
+            first[a : b - 1], last[a : b - 1] = early, late
+            first[b - 1], last[b - 1] = late[-1], late[-1]
+        return first, last

@@ -1,0 +1,104 @@
+"""Force error of the inverse model, the figure the robotics literature quotes (Gautier, Janot & Vandanjon 2013)."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from identify.kernels.inverse import unexplained_force
+from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.guise import Guise
+from identify.preprocess import Samples
+from plant.kernels.laws import POSITION
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ORDER = 4
+HIGHEST_CUT = 100.0  # Hz
+CUT_SHARE = 0.2  # of the sampling rate
+EDGE = 10  # samples left out at the ends of a run, where the filter has one side only
+FEWEST = 60  # samples of a run that a zero-phase filter can take
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unexplained:
+    """Drive force and what the model lacks of it, both low-passed without phase.
+
+    Attributes:
+        index: of the samples they belong to. (k,)
+        force: drive force. [N] (k,)
+        lacking: drive force minus inverse model. [N] (k,)
+    """
+
+    index: Ints
+    force: Floats
+    lacking: Floats
+
+    @property
+    def error(self) -> float:
+        """100 ||F - F^|| / ||F|| of the drive force. [%]."""
+        return 100.0 * float(np.linalg.norm(self.lacking) / max(float(np.linalg.norm(self.force)), 1e-300))
+
+
+def unexplained(
+    model: ExtendedProblem, x: Floats, samples: Samples, highest_cut: float = HIGHEST_CUT
+) -> Unexplained | None:
+    """Run the inverse model with unknowns x (>= p,) over `samples`; None where there is none.
+
+    There is none for two masses measured at the motor.
+
+    Position is low-passed without phase and differentiated; drive force and residual pass the same filter.
+    """
+    problem = model.on(samples)
+    x = np.concatenate([x[: problem.p], np.zeros(2 * samples.runs)])
+    blocks = problem.blocks(x[None])
+    if blocks.observed != POSITION:
+        return None
+    rate = 1.0 / samples.sample_time
+    sections = butter(ORDER, min(highest_cut, CUT_SHARE * rate) / (0.5 * rate), output="sos")
+    first, last = problem.columns(np.full(1, blocks.delay[0]))
+    index, force, lacking = [], [], []
+    for a, b in itertools.pairwise([*samples.first.tolist(), len(samples)]):
+        if b - a < FEWEST:
+            continue
+        position = sosfiltfilt(sections, samples.position[a:b])
+        velocity = np.gradient(position, samples.t[a:b])
+        out = np.empty(b - a)
+        unexplained_force(
+            blocks.b[0],
+            blocks.laws,
+            blocks.structure,
+            np.ascontiguousarray(first[a:b, 0]),
+            np.ascontiguousarray(last[a:b, 0]),
+            position,
+            velocity,
+            samples.t[a:b],
+            samples.steps[a:b],
+            np.zeros(b - a, dtype=np.int64),
+            max(2, blocks.substeps(samples.sample_time)),
+            out,
+        )
+        inner = slice(EDGE, b - a - EDGE)
+        index.append(np.arange(a, b)[inner])
+        force.append(sosfiltfilt(sections, samples.force[a:b])[inner])
+        lacking.append(-sosfiltfilt(sections, out)[inner])
+    if not force:
+        return None
+    return Unexplained(np.concatenate(index), np.concatenate(force), np.concatenate(lacking))
+
+
+def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
+    """Force that `guise` brings at unknowns x (size,), rms over the motion. [N]; infinite where there is no inverse."""
+    slot = problem.slot(guise)
+    without = problem.including(tuple(other for other in problem.guises if other is not guise))
+    bare = np.concatenate([x[: slot.start], x[slot.stop : problem.p]])
+    here = unexplained(problem, x, problem.samples)
+    there = unexplained(without, bare, problem.samples)
+    if here is None or there is None:
+        return float("inf")
+    return float(np.sqrt(np.mean((here.lacking - there.lacking) ** 2)))

@@ -1,0 +1,96 @@
+"""What a diagnosis says in plain words, and which motion would settle what it leaves open."""
+
+from __future__ import annotations
+
+from identify.mismatch.guise import Setting
+from identify.mismatch.result import FoundEffect, Hidden, Location, Quantity
+
+PLAIN = {
+    "force_offset": "a constant force (tilt, gravity or mass error, drive or sensor offset)",
+    "coulomb_asymmetry": "dry friction that differs with the direction",
+    "viscous_asymmetry": "viscous friction that differs with the direction",
+    "position_dependent_friction": "dry friction that grows along the travel",
+    "rail_defect": "a place on the guide that runs harder or easier",
+    "presliding_hysteresis": "friction memory around reversals (bristles bend before they slide)",
+    "backlash": "free travel between motor and load",
+    "transmission_compliance": "a soft transmission between motor and load",
+    "torque_ripple": "a ripple over the motor's angle",
+    "pulley_eccentricity": "a pulley that runs out of true",
+    "load_dependent_friction": "dry friction that grows with the transmitted force",
+    "thermal_drift": "viscous friction that falls as the machine warms up",
+    "quadratic_drag": "drag that grows with the square of the speed",
+    "position_spring": "a spring along the travel (cable chain, counterbalance)",
+    "inertia_error": "a moving mass other than the axis file says",
+    "torque_scale_error": "a torque constant other than the axis file says",
+    "actuator_lag": "a drive that lags behind its command",
+    "dead_time": "a dead time between torque and position",
+    "torque_saturation": "a torque that is clipped",
+    "dwell_time_stiction": "stiction that grows while the axis rests",
+    "end_stop": "a bumper or hard stop at one end of the travel",
+    "step_change": "dry friction that changed at one moment",
+}
+
+
+def explained(effects: tuple[FoundEffect, ...], alternatives: tuple[tuple[str, ...], ...], gain: float) -> str:
+    """The finding in a sentence or two; `gain` is what is left of the held-out criterion. [1]."""
+    parts = [f"{PLAIN.get(effect.name, effect.name)} ({_numbers(effect)})" for effect in effects]
+    text = f"The baseline model leaves out {' and '.join(parts)}."
+    if gain < 1.0:
+        text += f" With it, the error on data the fit has not seen falls to {100 * gain:.0f} %."
+    if len(alternatives) > 1:
+        others = "; or ".join(" with ".join(names) for names in alternatives[1:])
+        text += f" These recordings cannot tell it from {others}."
+    return text
+
+
+def nothing_missing(latent: Quantity, detectable: dict[str, Hidden]) -> str:
+    """No mismatch, and what would have been seen."""
+    text = f"The baseline model is complete: what it leaves, {latent.value:.2g} {latent.unit}, does not repeat."
+    seen = [f"{name.replace('_', ' ')} from {h.value:.2g} {h.unit}" for name, h in list(detectable.items())[:3]]
+    return f"{text} These recordings would have shown, for example, {', '.join(seen)}." if seen else text
+
+
+def unexplained(latent: Quantity, location: Location | None) -> str:
+    """Structure is there, the catalogue does not hold it."""
+    text = f"A force of about {latent.value:.2g} {latent.unit} is left that no effect of the catalogue explains."
+    if location is None:
+        return text + " It shows along no single coordinate."
+    low, high = location.interval
+    return (
+        f"{text} It depends on {location.coordinate.replace('_', ' ')}, most between {low:.3g} and {high:.3g}"
+        f" ({100 * location.share:.0f} % of it repeats there)."
+    )
+
+
+def next_experiment(names: set[str], setting: Setting) -> str | None:
+    """The smallest change of the motion that separates the names in doubt."""
+    unit = setting.axis.position_unit
+    slow = 0.1 * setting.speed
+    low, high = setting.lowest, setting.highest
+    if names & {"force_offset", "coulomb_asymmetry"} and len(names) > 1:
+        return (
+            "break away from rest in both directions: rest a second at mid travel, then raise the torque slowly until "
+            "the axis moves, three times each way"
+        )
+    if names & {"actuator_lag", "dead_time", "transmission_compliance"} and len(names) > 1:
+        return "add short strokes at two to four times the present frequency, within the torque limit"
+    if names & {"inertia_error", "torque_scale_error", "load_dependent_friction"} and len(names) > 1:
+        return (
+            "repeat the motion with a known payload of about a fifth of the moving mass, braking hard once per stroke"
+        )
+    if names & {"rail_defect", "position_dependent_friction", "torque_ripple", "end_stop", "position_spring"}:
+        return f"two slow passes over {low:.3g} to {high:.3g} {unit} at {slow:.2g} {unit}/s, one each way"
+    if names & {"thermal_drift", "step_change"}:
+        return "let the axis rest until it is cold, then repeat the same motion for twice as long"
+    if names & {"presliding_hysteresis", "backlash", "dwell_time_stiction"}:
+        return "many short strokes of a millimetre or less with rests of 0.2 s and 2 s between them"
+    return None
+
+
+def _numbers(effect: FoundEffect) -> str:
+    """The first two parameters with unit."""
+    shown = []
+    for name, quantity in list(effect.parameters.items())[:2]:
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+        shown.append(f"{name.replace('_', ' ')} {quantity.value:.3g}{unit}")
+    return ", ".join(shown)
