@@ -122,7 +122,7 @@ def mode_of_breakaway(p, t, x, w):
 @njit(**FAST)
 def bristle_steps(p, t, h, x, w, k, tmp, out):
     """Advance x by h in place; fast sliding over stiff bristles takes shorter steps."""
-    _, carried = pull_on_load(p, t, x, w)
+    _, carried, _ = pull_on_load(p, t, x, w)
     level = max(dry_level(p, t, x, np.sign(x[V]), x[MEMORY] if p.memory > 0.0 else abs(x[V]), carried, w), 1e-9)
     mass = p.load_mass if p.belt > 0.0 else p.load_mass + p.motor_mass
     fastest = p.bristle * (abs(x[V]) + 1e-3) / level + p.bristle_damping / mass
@@ -160,7 +160,7 @@ def lean(w, t, stamps, command, j, delay):
 def store(p, t, x, s, w, row):
     """Write what is observed at a stamp."""
     row[0], row[1], row[2] = x[0], x[1], x[2]
-    row[3] = pull_on_load(p, t, x, w)[1]
+    row[3] = pull_on_load(p, t, x, w)[2]
     row[4] = s if p.bristle <= 0.0 else x[BRISTLE]
     row[5], row[6], row[7] = x[10], x[11], x[9]
 

@@ -23,7 +23,7 @@ class SmoothMachine:
         return self.effects.get(name, {}).get(key, default)
 
     def drive(self, t, y, lagged):
-        """Force of the motor at the belt."""
+        """Force of the motor at the belt, and the ripple to subtract from it."""
         u = lagged if "actuator_lag" in self.effects else self.limited(t)
         u *= 1 + self.of("torque_scale_error", "relative_error")
         period = self.of("torque_ripple", "period", 1.0)
@@ -31,7 +31,7 @@ class SmoothMachine:
             2 * math.pi * y / period + self.of("torque_ripple", "phase")
         )
         e, phase = self.of("pulley_eccentricity", "relative_eccentricity"), self.of("pulley_eccentricity", "phase")
-        return u / (1 + e * math.cos(y / self.plant.Rc + phase)) - ripple
+        return u / (1 + e * math.cos(y / self.plant.Rc + phase)), ripple
 
     def limited(self, t):
         limit = self.of("torque_saturation", "limit", math.inf) * self.plant.gain
@@ -53,12 +53,12 @@ class SmoothMachine:
         y, v, ym, vm, _, lagged = state
         if self.two:
             belt = self.effects["transmission_compliance"]
-            carried = belt["stiffness"] * (ym - y) + belt["damping"] * (vm - v)
+            carried, ripple = belt["stiffness"] * (ym - y) + belt["damping"] * (vm - v), 0.0
         else:
-            carried = self.drive(t, y, lagged)
+            carried, ripple = self.drive(t, y, lagged)
         stop = max(0.0, y - self.of("end_stop", "position", math.inf)) * self.of("end_stop", "stiffness")
         spring = self.of("position_spring", "stiffness") * (y - self.of("position_spring", "rest_position"))
-        return carried - self.plant.weight - self.of("force_offset", "force") - spring - stop, carried
+        return carried - ripple - self.plant.weight - self.of("force_offset", "force") - spring - stop, carried
 
     def smooth_friction(self, t, v, direction):
         drop, tau = self.of("thermal_drift", "relative_drop"), self.of("thermal_drift", "time_constant", 1.0)
@@ -83,7 +83,8 @@ class SmoothMachine:
         a = 0.0
         if mode or self.bristles:
             a = (pull - dry - self.smooth_friction(t, v, direction)) / (load if self.two else load + motor)
-        motor_a = (self.drive(t, ym, lagged) - carried) / motor if self.two else 0.0
+        push, ripple = self.drive(t, ym, lagged)
+        motor_a = (push - ripple - carried) / motor if self.two else 0.0
         lag_rate = (
             (self.limited(t) - lagged) / self.of("actuator_lag", "time_constant")
             if "actuator_lag" in self.effects

@@ -33,7 +33,7 @@ def run(
     loop_noise=None,
     position0: float = 0.0,
     velocity0: float = 0.0,
-    settled: bool = False,
+    settled: bool | str = False,
     step: float | None = None,
 ) -> dict[str, np.ndarray]:
     """March the machine over the excitation's stamps.
@@ -46,7 +46,7 @@ def run(
         level_factor: the dry level is multiplied by 1 + this. [1] (n,)
         loop_noise: noise of the position the loop sees. [m] (n,)
         position0, velocity0: initial state of the load. [m], [m/s]
-        settled: belt, bristles start stretched so that they carry the load instead of relaxed.
+        settled: belt ("belt") or belt and bristles (True) start stretched so that they carry the load; else relaxed.
         step: largest step. [s] Default `default_step`.
 
     Returns:
@@ -72,6 +72,7 @@ def run(
     record = plant.record()
     start = np.array([position0, velocity0])
     limit = default_step(plant) if step is None else step
-    march(record, t, command, linear, outer, loop, reference, noise, start, settled, limit, trace)
+    tension = 1 if settled == "belt" else 2 * bool(settled)
+    march(record, t, command, linear, outer, loop, reference, noise, start, tension, limit, trace)
     names = ("position", "velocity", "motor_position", "force", "mode", "drive_work", "lost_work", "extra_stiction")
     return {"t": t, "force_command": command, **dict(zip(names, trace, strict=True))}

@@ -27,7 +27,7 @@ def clip_force(p, force):
 
 @njit(**FAST)
 def drive_force(p, t, x, w):
-    """Force of the motor at the belt: command, limit, lag, torque constant, pulley radius, ripple, in this order."""
+    """(force of the motor at the belt after limit, lag, torque constant, pulley radius; ripple to subtract from it)."""
     if p.lag > 0.0:  # noqa: SIM108 (reads better than nested ternaries)
         force = x[LAG2] if p.lag_order > 1.5 else x[LAG1]
     else:
@@ -44,7 +44,7 @@ def drive_force(p, t, x, w):
         ripple = 0.0
     if p.eccentricity != 0.0:
         force /= 1.0 + p.eccentricity * math.cos(p.eccentricity_wave * angle + p.eccentricity_phase)
-    return force - ripple
+    return force, ripple
 
 
 @njit(**FAST)
@@ -142,15 +142,22 @@ def resisting_force(p, t, x, w):
 
 @njit(**FAST)
 def pull_on_load(p, t, x, w):
-    """(what would move a resting load, force the transmission carries); one mass: the drive itself pulls."""
-    carried = belt_force(p, x) if p.belt > 0.0 else drive_force(p, t, x, w)
-    return carried - resisting_force(p, t, x, w), carried
+    """(what would move a resting load, force the transmission carries, its push on the load).
+
+    One mass: the drive itself pulls, and effects.md calls the drive force what the transmission carries: ripple, which
+    effects.md puts on the friction side, is not in it. Two masses: the belt carries what it carries.
+    """
+    if p.belt > 0.0:
+        carried, ripple = belt_force(p, x), 0.0
+    else:
+        carried, ripple = drive_force(p, t, x, w)
+    return carried - ripple - resisting_force(p, t, x, w), carried, carried - ripple
 
 
 @njit(**FAST)
 def hold_margins(p, t, x, w):
     """How much the load is short of breaking away upwards and downwards [N]; negative = it breaks away."""
-    pull, carried = pull_on_load(p, t, x, w)
+    pull, carried, _ = pull_on_load(p, t, x, w)
     up = dry_level(p, t, x, 1.0, x[MEMORY], carried, w)
     down = dry_level(p, t, x, -1.0, x[MEMORY], carried, w)
     return up - pull, down + pull
@@ -163,7 +170,7 @@ def rates(p, t, x, s, w, dx):
     bristle = p.bristle > 0.0
     if bristle:
         s = 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
-    pull, carried = pull_on_load(p, t, x, w)
+    pull, carried, drive = pull_on_load(p, t, x, w)
     smooth = viscous_force(p, t, v, s)
     speed = x[MEMORY] if p.memory > 0.0 else s * v
     two = p.belt > 0.0
@@ -179,9 +186,9 @@ def rates(p, t, x, s, w, dx):
         friction = s * dry_level(p, t, x, s, speed, carried, w) + smooth
         acceleration = (pull - friction) / mass
     dx[Y], dx[V] = v, acceleration
-    drive = carried
     if two:
-        drive = drive_force(p, t, x, w)
+        drive, ripple = drive_force(p, t, x, w)
+        drive -= ripple
         dx[YM], dx[VM] = x[VM], (drive - carried) / p.motor_mass
     else:
         dx[YM], dx[VM] = v, acceleration
@@ -213,17 +220,17 @@ def dwell_rate(p, v, s, extra):
 
 @njit(**FAST)
 def rest_state(p, w, y, v, settled):
-    """State at the start: at y with speed v; `settled`: the belt carries the command, the bristles the load."""
+    """State at the start: at y with speed v; settled 1: the belt carries the command, 2: and the bristles the load."""
     x = np.zeros(STATES)
     x[Y] = x[YM] = y
     x[V] = x[VM] = v
     x[MEMORY] = abs(v)
     x[LAG1] = x[LAG2] = clip_force(p, w[1])
-    if settled and p.belt > 0.0:
+    if settled >= 1 and p.belt > 0.0:
         drive = clip_force(p, w[1])
         x[YM] += drive / p.belt + 0.5 * p.gap * np.sign(drive)
-    if settled and p.bristle > 0.0:
-        pull, carried = pull_on_load(p, w[0], x, w)
+    if settled >= 2 and p.bristle > 0.0:
+        pull, carried, _ = pull_on_load(p, w[0], x, w)
         most = dry_level(p, w[0], x, np.sign(pull), 0.0, carried, w)
         x[BRISTLE] = min(max(pull, -most), most) / p.bristle
     return x
