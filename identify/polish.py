@@ -84,11 +84,12 @@ def polish_all(
     enough: float = SMALL_GAIN,
     *,
     race: bool = False,
+    pinned: int | None = None,
 ) -> Ends:
     """Descend from each of the points x (k, size) at gains (4,) or (4, k), side by side.
 
     A point rests when an iteration gains, or a failed one promised, `enough` or less. In a `race` all stop as soon as
-    the best one rests.
+    the best one rests. The unknown of index `pinned` stays what it is at each point.
     """
     gains = gain if gain.ndim == 2 else np.repeat(gain[:, None], len(x), axis=1)
     now = linearise(problem, np.clip(x, *problem.bounds), gains)
@@ -100,7 +101,7 @@ def polish_all(
         if not len(at) or (race and not active[np.argmin(now.loss)]):
             break
         here = now.take(at)
-        ahead = linearise(problem, _step(problem, here, damping[at]), gains[:, at])
+        ahead = linearise(problem, _step(problem, here, damping[at], pinned), gains[:, at])
         evaluations += len(at) * (problem.p + 3)
         gained, promised = here.loss - ahead.loss, here.promise(ahead.x)
         better = gained > 0
@@ -154,10 +155,12 @@ def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> 
     return shared[:, 0, 0], normal, downhill
 
 
-def _step(problem: FrictionProblem, now: Linearised, damping: Floats) -> Floats:
+def _step(problem: FrictionProblem, now: Linearised, damping: Floats, pinned: int | None) -> Floats:
     """Where a damped Gauss-Newton step ends; unknowns that a bound holds back stay where they are. (k, size)"""
     low, high = problem.bounds
     free = ~(((now.x <= low) & (now.downhill < 0)) | ((now.x >= high) & (now.downhill > 0)))
+    if pinned is not None:
+        free[:, pinned] = False
     normal = np.where(free[:, :, None] & free[:, None, :], now.normal, 0.0)
     index = np.arange(problem.size)
     normal[:, index, index] = np.where(free, normal[:, index, index] * (1.0 + damping[:, None]), 1.0)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.polish import polish
-from identify.problem import FrictionProblem
+from identify.polish import polish_all
+from identify.problem import LONGEST_SUBSTEP, FrictionProblem
 from identify.uncertainty import Uncertainty, uncertainty
 
 Floats = NDArray[np.float64]
@@ -23,6 +23,8 @@ GRID = np.log([0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56])  # v_s ove
 DOUBTFUL = 0.5  # half-width of log v_s beyond which derivatives at the optimum say too little
 SLOW = np.log(0.05)  # v_s over the fastest speed: so few samples lie below that another v_s may do as well
 CHI2 = 3.841  # 95 % of one degree of freedom
+WORTH = 20.0  # of the loss: how far from the best a refit in long steps may be to be looked at in fine ones
+ENOUGH = 0.05  # of the loss: an iteration that gains less is the last
 BETTER = 1.0  # of the loss: the profile found a better optimum than the search
 SPEEDS = np.linspace(0.1, 1.0, 10)  # of the fastest, where a refit begins with the same friction
 
@@ -52,14 +54,20 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
         spread: intervals at x; their inflation over white errors widens what counts as not rejected.
     """
     best = float(problem.losses(x[None], gain)[0])
+    starts = np.array([_same_friction(x, float(value)) for value in GRID[np.abs(GRID - x[STRIBECK]) > 0.2]])
+    rough = problem.refined(LONGEST_SUBSTEP)
+    ends = polish_all(rough, starts, gain, 15, ENOUGH, pinned=STRIBECK)
+    worth = ends.loss < min(float(rough.losses(x[None], gain)[0]), ends.loss.min()) + WORTH * spread.inflation
+    if not worth.any():
+        return []
+    ends = polish_all(problem, ends.x[worth], gain, 5, ENOUGH, pinned=STRIBECK)
+    limit = min(best, float(ends.loss.min())) + CHI2 * spread.inflation
     found = []
-    for value in GRID[np.abs(GRID - x[STRIBECK]) > 0.2]:
-        held = problem.pinned(STRIBECK, float(value))
-        end = polish(held, _same_friction(x, float(value)), gain, 15)
-        found.append((end.loss, end.x, held))
-    found.sort(key=lambda one: one[0])
-    limit = min(best, found[0][0]) + CHI2 * spread.inflation
-    return [Alternative(at, loss, uncertainty(held, at, gain)) for loss, at, held in found if loss <= limit]
+    for k in np.argsort(ends.loss):
+        if ends.loss[k] <= limit:
+            held = problem.pinned(STRIBECK, float(ends.x[k, STRIBECK]))
+            found.append(Alternative(ends.x[k], float(ends.loss[k]), uncertainty(held, ends.x[k], gain)))
+    return found
 
 
 def _same_friction(x: Floats, log_stribeck: float) -> Floats:

@@ -1,0 +1,295 @@
+"""Search bench: who finds the optimum of eq. (4), with how many evaluations, how fast? `make bench-search`.
+
+Everybody minimises the same compiled criterion (peers in whole populations) on the problems of `search_study.py`, in
+one process and on one core. Peers stop as soon as they are within 1 % of the best criterion anybody found, which they
+could not know; ours and the paper's stop by themselves. Budget: 6000 evaluations. Times are CPU times.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import differential_evolution
+from search_study import SUCCESS, Case, criterion, draw, scaled
+
+from identify.criterion import FREE
+from identify.genetic import GeneticSettings
+from identify.identification import identify_friction
+from identify.output_error import output_error_search
+from identify.polish import polish_all
+from identify.search import genetic_search
+
+BUDGET = 6000
+NAIVE_EVALUATIONS = 20  # of the naive user's objective: enough to say what one costs
+
+
+class Reached(Exception):  # noqa: N818  (a reason to stop, not an error)
+    """The target, or the end of the budget."""
+
+
+@dataclass
+class Objective:
+    """Eq. (4) on the unit cube, counting; stops its user at the target."""
+
+    case: Case
+    target: float
+    best: float = np.inf
+    evaluations: int = 0
+    raises: bool = True
+    problem: object = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.problem = self.case.problem()
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray:
+        """Criteria of candidates (m, 4) in 0..1. (m,)"""
+        friction = self.case.low + np.clip(unit, 0.0, 1.0) * (self.case.high - self.case.low)
+        values = criterion(self.problem, scaled(self.problem, friction))
+        self.best = min(self.best, float(values.min()))
+        self.evaluations += len(unit)
+        if self.done and self.raises:
+            raise Reached
+        return values
+
+    @property
+    def done(self) -> bool:
+        """Whether the target is reached or the budget spent."""
+        return self.best <= self.target or self.evaluations >= BUDGET
+
+
+def scipy_evolution(objective: Objective, seed: int) -> None:
+    """SciPy's differential evolution, vectorised."""
+    differential_evolution(
+        lambda x: objective(np.atleast_2d(x.T)) if x.ndim == 2 else float(objective(x[None])[0]),
+        [(0.0, 1.0)] * 4,
+        rng=np.random.default_rng(seed),
+        vectorized=True,
+        updating="deferred",
+        tol=0.0,
+        maxiter=10_000,
+    )
+
+
+def cma_es(objective: Objective, seed: int) -> None:
+    """CMA-ES of pip's `cma`, with restarts from random points until the budget ends; 16 lanes."""
+    cma = importlib.import_module("cma")
+    rng = np.random.default_rng(seed)
+    while True:
+        options = {"bounds": [0, 1], "popsize": 16, "seed": int(rng.integers(1, 2**31)), "verbose": -9}
+        strategy = cma.CMAEvolutionStrategy(rng.uniform(0.2, 0.8, 4), 0.25, options)
+        while not strategy.stop():
+            points = strategy.ask()
+            strategy.tell(points, objective(np.array(points)).tolist())
+
+
+def pymoo_ga(objective: Objective, seed: int) -> None:
+    """pymoo's GA, population 50."""
+    core = importlib.import_module("pymoo.core.problem")
+    algorithm = importlib.import_module("pymoo.algorithms.soo.nonconvex.ga").GA(pop_size=50)
+    minimise = importlib.import_module("pymoo.optimize").minimize
+
+    class Cube(core.Problem):
+        def _evaluate(self, x: np.ndarray, out: dict, *_: object, **__: object) -> None:
+            out["F"] = objective(x)[:, None]
+
+    minimise(Cube(n_var=4, n_obj=1, xl=np.zeros(4), xu=np.ones(4)), algorithm, ("n_eval", BUDGET + 1), seed=seed)
+
+
+def pygad_ga(objective: Objective, seed: int) -> None:
+    """PyGAD, 50 individuals, whole population at once."""
+    pygad = importlib.import_module("pygad")
+    objective.raises = False  # it logs exceptions; it stops by word instead
+    pygad.GA(
+        num_generations=10_000,
+        num_parents_mating=25,
+        fitness_func=lambda _ga, x, _index: (1.0 / objective(np.atleast_2d(x))).tolist(),
+        fitness_batch_size=50,
+        sol_per_pop=50,
+        num_genes=4,
+        gene_space={"low": 0.0, "high": 1.0},
+        mutation_num_genes=1,
+        random_seed=seed,
+        on_generation=lambda _ga: "stop" if objective.done else None,
+        suppress_warnings=True,
+    ).run()
+
+
+def paper_ga(objective: Objective, seed: int) -> None:
+    """The paper's own (§4.4), 8 bits, 50 individuals."""
+    settings = GeneticSettings(generations=BUDGET)
+    genetic_search(objective, (np.zeros(4), np.ones(4)), settings, np.random.default_rng(seed))
+
+
+PEERS: dict[str, tuple[str | None, Callable[[Objective, int], None]]] = {
+    "paper's GA, 8 bits": (None, paper_ga),
+    "SciPy differential_evolution": (None, scipy_evolution),
+    "CMA-ES (cma)": ("cma", cma_es),
+    "pymoo GA": ("pymoo", pymoo_ga),
+    "PyGAD": ("pygad", pygad_ga),
+}
+
+
+@dataclass
+class Score:
+    """What one searcher did on all problems."""
+
+    solved: list[bool] = field(default_factory=list)
+    evaluations: list[int] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def row(self, name: str, generation: float) -> str:
+        """One line of the table; medians count the solved problems only."""
+        share = np.mean(self.solved)
+        solved = np.array(self.solved)
+        if not solved.any():
+            return f"{name:34s} {len(solved):4d} {0:8.1%} {'-':>8s} {'-':>9s} {'-':>9s} {'-':>8s}"
+        seconds = np.array(self.seconds)[solved]
+        return (
+            f"{name:34s} {len(solved):4d} {share:8.1%} {np.median(np.array(self.evaluations)[solved]):8.0f} "
+            f"{1e3 * np.median(seconds):9.1f} {1e3 * np.quantile(seconds, 0.95):9.1f} "
+            f"{np.median(seconds) / generation:8.1f}"
+        )
+
+
+def generation_seconds() -> float:
+    """CPU time of one generation: 50 candidates x 2000 samples x 2 sub-steps by our compiled kernel."""
+    from plant.presets import paper_axis, paper_friction, paper_torque
+    from plant.simulation import simulate_population
+
+    axis = paper_axis()
+    candidates = paper_friction().as_array * np.random.default_rng(0).uniform(0.5, 1.5, (50, 4))
+    torque, times = paper_torque(axis), []
+    for _ in range(30):
+        begin = time.process_time()
+        simulate_population(axis, torque, candidates, substeps=2)
+        times.append(time.process_time() - begin)
+    return float(np.median(times))
+
+
+def ours(case: Case, seed: int) -> tuple[float, int, float]:
+    """Criterion, evaluations and CPU time of the genetic search and polish on eq. (4)."""
+    problem = case.problem()
+    begin = time.process_time()
+    found = output_error_search(problem, np.random.default_rng(seed))
+    seconds = time.process_time() - begin
+    return float(criterion(problem, found.x[None])[0]), found.evaluations, seconds
+
+
+def from_the_truth(case: Case) -> float:
+    """Criterion of the optimum nearest to the truth, which nobody but this bench knows."""
+    problem = case.problem()
+    ends = polish_all(problem, scaled(problem, case.truth[None]), FREE, 60, 1e-4)
+    return float(criterion(problem, ends.x)[0])
+
+
+def search_table(count: int, peer_count: int) -> None:
+    """Print success, evaluations and times of all searchers."""
+    generation = generation_seconds()
+    scores = {"ours: genetic search and polish": Score(), **{name: Score() for name in PEERS}}
+    ours(draw(0), 0)
+    for number in range(count):
+        case = draw(number)
+        value, evaluations, seconds = ours(case, number)
+        best = min(value, from_the_truth(case))
+        mine = scores["ours: genetic search and polish"]
+        mine.solved.append(value <= SUCCESS * best)
+        mine.evaluations.append(evaluations)
+        mine.seconds.append(seconds)
+        for name, (module, run) in PEERS.items():
+            if number >= peer_count or (module and importlib.util.find_spec(module) is None):
+                continue
+            objective = Objective(case, SUCCESS * best)
+            begin = time.process_time()
+            try:
+                run(objective, number + 1)
+            except Reached:
+                pass
+            scores[name].solved.append(objective.best <= objective.target)
+            scores[name].evaluations.append(objective.evaluations)
+            scores[name].seconds.append(time.process_time() - begin)
+    print(f"eq. (4), four unknowns, n = 2000, noise 1e-3 m; one generation here: {1e3 * generation:.2f} ms of CPU")
+    print(f"{'':34s} {'of':>4s} {'solved':>8s} {'evals':>8s} {'ms':>9s} {'ms, 95 %':>9s} {'in gen.':>8s}")
+    for name, score in scores.items():
+        if score.solved:
+            print(score.row(name, generation))
+        else:
+            print(f"{name:34s} skipped: {PEERS[name][0]} is not installed (make bench-search installs it)")
+
+
+def naive_user() -> None:
+    """What one evaluation costs with solve_ivp and a smoothed sign, and what that makes of a whole search."""
+    case = draw(0)
+    recording, mechanics = case.recording, case.axis.mechanics
+    rng = np.random.default_rng(0)
+    values = []
+
+    def objective(p: np.ndarray) -> float:
+        def slope(t: float, state: np.ndarray) -> list[float]:
+            v = state[1]
+            force = np.interp(t, recording.t, recording.force) - mechanics.weight
+            friction = (p[0] + (p[1] - p[0]) * np.exp(-abs(v) / p[2])) * np.tanh(v / 1e-3) + p[3] * v
+            return [v, (force - friction) / mechanics.moving_mass]
+
+        end = (float(recording.t[0]), float(recording.t[-1]))
+        y = solve_ivp(slope, end, [0.0, 0.0], t_eval=recording.t, max_step=0.01).y[0]
+        return float(np.sum((recording.position - y) ** 2) / np.sum(recording.position**2))
+
+    begin = time.process_time()
+    for _ in range(NAIVE_EVALUATIONS):
+        values.append(objective(rng.uniform(case.low, case.high)))
+    each = (time.process_time() - begin) / NAIVE_EVALUATIONS
+    assert np.isfinite(values).all()
+    print(
+        f"naive solve_ivp user               one evaluation {each:.2f} s; the 3500 that differential evolution needs "
+        f"are {3500 * each / 60:.0f} min ({NAIVE_EVALUATIONS} evaluations measured, no search was run)"
+    )
+
+
+def whole_windows(count: int) -> None:
+    """Print what a whole window costs: search, intervals, curve, held-out check and verdict."""
+    generation = generation_seconds()
+    rows: dict[str, list[float]] = {"observer, cold": [], "observer, warm": [], "output error, cold": []}
+    for number in range(-1, count):
+        case = draw(abs(number))
+        for name, times in rows.items():
+            criterion_name = "observer" if name.startswith("observer") else "output_error"
+            start = None
+            if name.endswith("warm"):
+                wobble = 1 + 0.03 * np.random.default_rng(abs(number)).normal(size=4)
+                names = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient")
+                start = dict(zip(names, (case.truth * wobble).tolist(), strict=True))
+            begin = time.process_time()
+            identify_friction(case.recording, case.axis, seed=abs(number), criterion=criterion_name, start=start)
+            if number >= 0:
+                times.append(time.process_time() - begin)
+    print("whole windows of 2000 samples: seven unknowns, intervals, friction curve, held-out check, verdict")
+    for name, times in rows.items():
+        print(
+            f"{name:34s} {len(times):4d} {1e3 * np.median(times):9.1f} ms, 95 %: {1e3 * np.quantile(times, 0.95):.1f} ms"
+            f" = {np.median(times) / generation:.0f} generations"
+        )
+
+
+def main() -> None:
+    """Print all tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--problems", type=int, default=200, help="for ours")
+    parser.add_argument("--peers", type=int, default=200, help="for the peers, the first ones of the same problems")
+    options = parser.parse_args()
+    search_table(options.problems, options.peers)
+    naive_user()
+    whole_windows(min(options.problems, 40))
+
+
+if __name__ == "__main__":
+    main()
