@@ -69,6 +69,25 @@ class Bursts:
         return number * self.interval_hours * 3600.0
 
 
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Sensors and drive that misbehave during some days, on top of what they always do.
+
+    Attributes:
+        sensors: what they do then.
+        from_day: [d]
+        to_day: [d]
+    """
+
+    sensors: Sensors
+    from_day: float = 0.0
+    to_day: float = 1e9
+
+    def acts(self, time: float) -> bool:
+        """True at `time` since the start of the scenario. [s]"""
+        return self.from_day * DAY <= time < self.to_day * DAY
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Burst:
     """One recording of a scenario and the truth behind it.
@@ -102,6 +121,7 @@ class Scenario:
         bursts: when.
         sensors: what they do to the samples.
         ageing: what the months do to the axis.
+        faults: what goes wrong with the sensors, one after the other.
         effects: named effects that are there from the start: name -> parameter -> value.
         seed: of everything that happens by chance.
         description: one line for people.
@@ -114,6 +134,7 @@ class Scenario:
     bursts: Bursts
     sensors: Sensors = Sensors()  # noqa: RUF009  # frozen
     ageing: Ageing = Ageing()  # noqa: RUF009  # frozen
+    faults: tuple[Fault, ...] = ()
     effects: EffectValues = field(default_factory=dict)
     seed: int = 0
     description: str = ""
@@ -150,7 +171,9 @@ class Scenario:
         friction = condition.friction(self.friction)
         true = self._run(condition, friction, f"scenario {self.name}, burst {number}")
         rng = np.random.default_rng([self.seed, number])
-        seen = self.sensors.apply(true, self.axis.mechanics.gain, self.axis.drive.rated_force, rng)
+        seen = true
+        for sensors in (self.sensors, *(fault.sensors for fault in self.faults if fault.acts(time))):
+            seen = sensors.apply(seen, self.axis.mechanics.gain, self.axis.drive.rated_force, rng)
         return Burst(number, time, self.begin_ns(number), seen, friction, condition)
 
     def begin_ns(self, number: int) -> int:

@@ -27,7 +27,7 @@ from plant.friction import StribeckFriction
 from plant.motion import Cascade, ClosedLoop
 from plant.presets import READINGS, paper_axis, paper_friction
 from plant.profiles import REFERENCES
-from plant.scenario import SAMPLE_TIME, Bursts, Scenario
+from plant.scenario import SAMPLE_TIME, Bursts, Fault, Scenario
 from plant.sensors import PER_MILLE, Sensors
 from plant.tables import build, check_keys, pick
 
@@ -41,6 +41,7 @@ TOP = (
     "excitation",
     "motion",
     "sensors",
+    "fault",
     "ageing",
     "bursts",
 )
@@ -124,6 +125,7 @@ def parse_scenario(text: str, where: str, folder: Path) -> Scenario:
         bursts=_bursts(content["bursts"], f"{where} [bursts]"),
         sensors=sensors,
         ageing=ageing,
+        faults=_faults(content.get("fault", []), where),
         effects=_effects(content.get("effects", {}), axis, ageing, f"{where} [effects]"),
         seed=_seed(content, where),
         description=_text(content, "description", where, ""),
@@ -240,6 +242,21 @@ def _bursts(table: Mapping[str, Any], where: str) -> Bursts:
     if not isinstance(start, dt.datetime) or start.tzinfo is None:
         raise InputError(f"{where}: start is {start!r}, but must be a time with zone, like 2026-01-05T06:00:00Z")
     return build(Bursts, {key: value for key, value in table.items() if key != "start"}, where, start=start)
+
+
+def _faults(tables: object, where: str) -> tuple[Fault, ...]:
+    """Days and the keys of [sensors] that hold then; reported channels do not change."""
+    if not isinstance(tables, list):
+        raise InputError(f"{where}: fault must be written [[fault]], with two brackets")
+    faults = []
+    for number, table in enumerate(tables, start=1):
+        place = f"{where} [[fault]] {number}"
+        days = {key: value for key, value in table.items() if key in ("from_day", "to_day")}
+        rest = {key: value for key, value in table.items() if key not in days}
+        allowed = ("from_day", "to_day", *(f.name for f in dataclasses.fields(Sensors) if f.type == "float"))
+        check_keys(rest, (*allowed, "dropout_length"), place)
+        faults.append(build(Fault, days, place, sensors=build(Sensors, rest, place)))
+    return tuple(faults)
 
 
 def _ageing(tables: object, where: str) -> Ageing:

@@ -1,8 +1,8 @@
 """What stands between the machine and its recording: pure functions from recording to recording, chance passed in.
 
 `Sensors.apply` composes them in the order in which a machine does: the drive reports its torque from the fast loop, the
-position passes delay, noise and quantisation, the torque noise and quantisation; then the reading may freeze, stamps
-jitter, and samples get lost on the way. Other orders are one line of user code.
+position passes delay, noise and quantisation, the torque noise and quantisation; then the reading may freeze or spike,
+stamps jitter, and samples get lost on the way. Other orders are one line of user code.
 """
 
 from __future__ import annotations
@@ -98,6 +98,18 @@ def freeze_position(recording: Recording, start: float, duration: float) -> Reco
     return dataclasses.replace(recording, position=position)
 
 
+def add_spikes(recording: Recording, rate: float, size: float, rng: Generator) -> Recording:
+    """Let single readings of the position, the fraction `rate` of them, jump by `size` [m] up or down.
+
+    Raises:
+        ParameterError: rate outside 0..1.
+    """
+    if not 0 <= rate < 1:
+        raise ParameterError("spike rate", rate, "in 0 <= rate < 1")
+    jumps = np.where(rng.random(len(recording)) < rate, size, 0.0) * rng.choice((-1.0, 1.0), len(recording))
+    return dataclasses.replace(recording, position=recording.position + jumps)
+
+
 def jitter_stamps(recording: Recording, deviation: float, rng: Generator) -> Recording:
     """Move each stamp by Gaussian noise of `deviation` [s], never past a neighbour; the values stay as they are."""
     _at_least_zero("stamp jitter", deviation, "s")
@@ -137,6 +149,8 @@ class Sensors:
         torque_per_mille: counts of per mille of rated torque that the drive resolves; needs the rated force. [1]
         freeze_start: when the position reading freezes. [s into the run]
         freeze_duration: for how long. [s]
+        spike_rate: fraction of position readings that jump. [1]
+        spike_size: by how much. [m]
         stamp_jitter: standard deviation. [s]
         dropout_rate: fraction of samples lost. [1]
         dropout_length: samples lost at a time. [samples]
@@ -153,6 +167,8 @@ class Sensors:
     torque_per_mille: float = 0.0
     freeze_start: float = 0.0
     freeze_duration: float = 0.0
+    spike_rate: float = 0.0
+    spike_size: float = 0.0
     stamp_jitter: float = 0.0
     dropout_rate: float = 0.0
     dropout_length: int = 1
@@ -167,7 +183,7 @@ class Sensors:
             recording: what truly happened, at the stream's rate.
             gain: `Mechanics.gain`, torque to force. [N per N·m]
             rated_force: of the drive. [N] or None
-            rng: chance of noise, jitter and dropouts; drawn in this order, only for the parts that are on.
+            rng: chance of noise, spikes, jitter and dropouts; drawn in this order, only for the parts that are on.
 
         Raises:
             ParameterError: a value out of range; per mille wanted without a rated force.
@@ -185,6 +201,8 @@ class Sensors:
             seen = quantise_force_per_mille(seen, rated_force, self.torque_per_mille)
         if self.freeze_duration:
             seen = freeze_position(seen, self.freeze_start, self.freeze_duration)
+        if self.spike_rate:
+            seen = add_spikes(seen, self.spike_rate, self.spike_size, rng)
         if self.stamp_jitter:
             seen = jitter_stamps(seen, self.stamp_jitter, rng)
         return drop_samples(seen, self.dropout_rate, rng, self.dropout_length) if self.dropout_rate else seen

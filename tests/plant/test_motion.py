@@ -116,6 +116,13 @@ def test_the_default_sub_steps_are_fine_enough():
     assert np.abs(coarse.force - fine.force).mean() < 0.1
 
 
+def test_the_quick_path_without_laws_marches_as_the_one_with_laws_does():
+    nearly_nothing = {"rail_defect": {"amplitude": 1e-12, "centre": 0.0, "width": 0.01}}
+    quick, general = drive(CYCLE, substeps=2), drive(CYCLE, substeps=2, effects=nearly_nothing)
+    np.testing.assert_allclose(quick.position, general.position, atol=1e-10)
+    np.testing.assert_allclose(quick.friction_force[1:], general.friction_force[1:], atol=1e-6)
+
+
 def test_the_rigid_motion_obeys_the_equation_of_motion():
     run = drive(SineMotion(1.0, 0.2, 0.5), substeps=8)
     acceleration = np.diff(run.velocity) / 1e-3

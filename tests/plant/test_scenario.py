@@ -160,6 +160,30 @@ def test_effects_of_the_file_and_of_age_act():
     assert np.abs(healthy.burst(300).recording.position - after.recording.position).max() > 5e-3
 
 
+def test_a_fault_of_the_sensors_lasts_its_days_and_leaves_the_friction_alone():
+    scenario = read_scenario("bad_sensor")
+    healthy = dataclasses.replace(scenario, faults=())
+    for day, fault in (
+        (19, None),
+        (21, "frozen"),
+        (25, None),
+        (31, "spikes"),
+        (41, "lost"),
+        (51, "jitter"),
+        (59, None),
+    ):
+        seen, well = scenario.burst(4 * day), healthy.burst(4 * day)
+        assert seen.friction == well.friction
+        same_length = len(seen.recording) == len(well.recording)
+        found = {
+            "lost": not same_length,
+            "frozen": bool((np.diff(seen.recording.position[600:890]) == 0).all()),
+            "spikes": same_length and int((np.abs(np.diff(seen.recording.position)) > 0.03).sum()) > 5,
+            "jitter": same_length and not np.array_equal(seen.recording.t, well.recording.t),
+        }
+        assert [name for name, there in found.items() if there] == ([fault] if fault else [])
+
+
 def test_joined_bursts_keep_their_gaps():
     scenario = small()
     joined = join([scenario.burst(2), scenario.burst(3)])
@@ -241,6 +265,9 @@ def test_a_wrong_file_is_refused_in_one_line_that_says_what_to_mend(old, new, wo
             "newtons_per_day = 1\ncentre = 1\nwidth = 0.1",
             "rail_defect can be there only once",
         ),
+        ("[[fault]]\nreport_load = true", r"\[\[fault\]\] 1: unknown key 'report_load'"),
+        ("[[fault]]\nspike_rat = 0.1", r"unknown key 'spike_rat'; did you mean 'spike_rate'\?"),
+        ("[fault]\nspike_rate = 0.1", r"fault must be written \[\[fault\]\]"),
         ("[sensors]\nreport_load = 1", "report_load is 1, but must be true or false"),
         ("[friction]\ncoulomb_force = -5.0", r"\[friction\]: coulomb_force is -5 N, but must be >= 0 N"),
     ],

@@ -96,6 +96,14 @@ def test_jitter_has_the_deviation_it_says_where_there_is_room():
     assert np.std(moved) == pytest.approx(1e-3, rel=0.02)
 
 
+def test_spikes_are_as_many_and_as_large_as_they_say_and_fair():
+    jumps = [sensors.add_spikes(recording(), 0.01, 0.05, rng(s)).position - recording().position for s in SEEDS]
+    hit = np.abs(jumps) > 1e-9
+    assert hit.mean() == pytest.approx(0.01, rel=0.15)
+    np.testing.assert_allclose(np.abs(np.array(jumps)[hit]), 0.05)
+    assert abs(np.mean(np.array(jumps)[hit])) < 0.01
+
+
 @pytest.mark.parametrize("length", [1, 5, 20])
 @pytest.mark.parametrize("rate", [0.01, 0.1, 0.4])
 def test_dropouts_lose_the_fraction_they_say_in_runs_of_the_length_they_say(rate, length):
@@ -148,6 +156,7 @@ def test_the_same_seed_gives_the_same_samples_and_another_seed_others():
     [
         (Sensors(position_noise=-1.0), "position noise is -1 m, but must be >= 0 m"),
         (Sensors(position_resolution=float("nan")), "position resolution is nan m"),
+        (Sensors(spike_rate=-0.5), "spike rate is -0.5, but must be in 0 <= rate < 1"),
         (Sensors(dropout_rate=1.0), "dropout rate is 1, but must be in 0 <= rate < 1"),
         (Sensors(dropout_rate=0.1, dropout_length=0), "dropout length is 0 samples"),
         (Sensors(torque_per_mille=1.0), "torque_per_mille is 1, but must be 0 on an axis without rated force"),
