@@ -15,21 +15,23 @@ export XDG_DATA_HOME := $(CACHE)/xdg/data
 export XDG_STATE_HOME := $(CACHE)/xdg/state
 export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
-export PYTEST_DEBUG_TEMPROOT := $(CACHE)/pytest
 
 # pip asks `rustc` for its version; a rustup without toolchains would leave a folder in HOME
 export RUSTUP_HOME ?= $(if $(wildcard $(HOME)/.rustup),$(HOME)/.rustup,$(CACHE)/rustup)
 
 INSTALL = $(PY) -m pip install --quiet --constraint constraints.txt
 
+# short, because Unix sockets in it may have 107 characters at most
+PYTEST = $(PY) -m pytest --basetemp=$(CACHE)/t -q
+
 ARGS ?=
-PYTEST_ARGS ?= -q
+PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench paper kill9 clean
+.PHONY: help setup run test lint docs bench bench-search paper kill9 clean
 
 help:  ## show this list
-	@grep -hE '^[a-z0-9]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 12
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
 
 setup: $(VENV)/.ready  ## make the virtual environment, install, compile the kernels; shared first step of run and test
 
@@ -37,8 +39,7 @@ run: $(VENV)/.ready  ## the demo: a simulated axis wears, the daemon notices; AR
 	@$(BIN)/tribowatch demo $(ARGS)
 
 test: $(VENV)/.ready-dev lint  ## all checks: ruff, mypy, import contracts, pytest
-	@mkdir -p $(PYTEST_DEBUG_TEMPROOT)
-	$(PY) -m pytest $(PYTEST_ARGS)
+	$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.ready-dev  ## ruff, mypy --strict and the import contracts alone
 	$(BIN)/ruff check .
@@ -50,14 +51,17 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md and docs/configuration.md fr
 	$(PY) docs/generate.py
 
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
-	$(PY) -m pytest tests/benchmarks --benchmark-enable --benchmark-only -q
+	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
+
+bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
+	OMP_NUM_THREADS=1 $(PY) tests/benchmarks/bench_search.py $(ARGS)
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
-	$(PY) -m pytest tests/paper -m "slow or not slow" -q
+	$(PYTEST) tests/paper -m "slow or not slow"
 	$(PY) -m tests.paper.figures
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
-	$(PY) -m pytest tests/scenarios -m slow -k kill -q -s
+	$(PYTEST) tests/scenarios -m slow -k kill -s
 
 clean:  ## remove the virtual environment, caches and the demo's state
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks build *.egg-info var/demo
@@ -96,4 +100,9 @@ $(VENV)/.ready: $(VENV)/.installed
 $(VENV)/.ready-dev: $(VENV)/.ready
 	@echo "setup      tools of the tests into .venv"
 	@$(INSTALL) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/.ready-bench: $(VENV)/.ready-dev
+	@echo "setup      the other searches into .venv, for the bench only"
+	@$(INSTALL) --editable '.[bench]'
 	@touch $@

@@ -11,7 +11,11 @@ from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
 if TYPE_CHECKING:
     from monitor.queries import AxisSummary
 
-axes_app = typer.Typer(name="axes", help="List the axes; init describes a new one, check looks at its signals.", invoke_without_command=True)
+axes_app = typer.Typer(
+    name="axes",
+    help="List the axes; init describes a new one, check looks at its signals.",
+    invoke_without_command=True,
+)
 
 
 @axes_app.callback()
