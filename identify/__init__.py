@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from identify.identification import identify_friction
+    from identify.many import identify_many
     from identify.result import IdentificationResult, Parameter, Verdict
 
-__all__ = ["IdentificationResult", "Parameter", "Verdict", "identify_friction"]
+__all__ = ["IdentificationResult", "Parameter", "Verdict", "identify_friction", "identify_many"]
 
 _HOMES = {
     "identify_friction": "identify.identification",
+    "identify_many": "identify.many",
     "IdentificationResult": "identify.result",
     "Parameter": "identify.result",
     "Verdict": "identify.result",

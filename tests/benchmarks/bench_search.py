@@ -8,6 +8,7 @@ could not know; ours and the paper's stop by themselves. Budget: 6000 evaluation
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import sys
 import time
@@ -210,10 +211,8 @@ def search_table(count: int, peer_count: int) -> None:
                 continue
             objective = Objective(case, SUCCESS * best)
             begin = time.process_time()
-            try:
+            with contextlib.suppress(Reached):
                 run(objective, number + 1)
-            except Reached:
-                pass
             scores[name].solved.append(objective.best <= objective.target)
             scores[name].evaluations.append(objective.evaluations)
             scores[name].seconds.append(time.process_time() - begin)
@@ -231,7 +230,6 @@ def naive_user() -> None:
     case = draw(0)
     recording, mechanics = case.recording, case.axis.mechanics
     rng = np.random.default_rng(0)
-    values = []
 
     def objective(p: np.ndarray) -> float:
         def slope(t: float, state: np.ndarray) -> list[float]:
@@ -245,8 +243,7 @@ def naive_user() -> None:
         return float(np.sum((recording.position - y) ** 2) / np.sum(recording.position**2))
 
     begin = time.process_time()
-    for _ in range(NAIVE_EVALUATIONS):
-        values.append(objective(rng.uniform(case.low, case.high)))
+    values = [objective(rng.uniform(case.low, case.high)) for _ in range(NAIVE_EVALUATIONS)]
     each = (time.process_time() - begin) / NAIVE_EVALUATIONS
     assert np.isfinite(values).all()
     print(
@@ -275,8 +272,8 @@ def whole_windows(count: int) -> None:
     print("whole windows of 2000 samples: seven unknowns, intervals, friction curve, held-out check, verdict")
     for name, times in rows.items():
         print(
-            f"{name:34s} {len(times):4d} {1e3 * np.median(times):9.1f} ms, 95 %: {1e3 * np.quantile(times, 0.95):.1f} ms"
-            f" = {np.median(times) / generation:.0f} generations"
+            f"{name:34s} {len(times):4d} {1e3 * np.median(times):9.1f} ms, 95 %: "
+            f"{1e3 * np.quantile(times, 0.95):.1f} ms = {np.median(times) / generation:.0f} generations"
         )
 
 

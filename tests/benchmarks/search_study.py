@@ -1,8 +1,8 @@
 """The 200 random problems of the search study, and what counts as solving one.
 
-The paper's problem (§4.4) with everything drawn anew: both readings, parameters ±30-50 % around the paper's, the sine of
-§4.3, n = 2000, noise 1e-3 m (§4.6). Four unknowns in a box of ±60 %, start known; the criterion is eq. (4). Problems in
-which the mass hardly moves are drawn again: any friction above the drive force would solve them.
+The paper's problem (§4.4) with everything drawn anew: both readings, parameters ±30-50 % around the paper's, the sine
+of §4.3, n = 2000, noise 1e-3 m (§4.6). Four unknowns in a box of ±60 %, start known; the criterion is eq. (4).
+Problems in which the mass hardly moves are drawn again: any friction above the drive force would solve them.
 """
 
 from __future__ import annotations
