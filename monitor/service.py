@@ -48,7 +48,13 @@ def run_daemon(
     configure_logging(config.log.level, config.log.format)
     stop = stop or threading.Event()
     with _own(config.state_dir), _signals(stop) as received:
-        _run(config, axes, stop, ready)
+        closed = threading.Event()
+        threading.Thread(target=_end_hard, args=(stop, closed, received), name="end", daemon=True).start()
+        try:
+            _run(config, axes, stop, ready)
+        finally:
+            if not received:
+                closed.set()  # else the interpreter's own end is watched too
     return 128 + received[0] if received else 0
 
 
@@ -67,8 +73,6 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from plant.zenoh_session import open_session
 
     with contextlib.ExitStack() as stack:
-        watchdog = _end_hard(GRACE)
-        stack.callback(watchdog.cancel)  # first in, last out: it watches all that closes
         store = Store(config.database_url, synchronous=config.history.synchronous)
         stack.callback(store.close)
         inbox = Inbox(config.intake.queue_blocks)
@@ -93,23 +97,18 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             while not stop.is_set():
                 pipeline.step()
         finally:
-            watchdog.start()
+            log.info("stopping", backlog=pipeline.backlog)
             intake.close()
             if stop.is_set():
                 pipeline.drain()
-            log.info("stopping", backlog=pipeline.backlog)
 
 
-def _end_hard(seconds: float) -> threading.Timer:
-    """A timer that ends the process: Zenoh's close may hang on a bad link (ecosystem-facts §10)."""
-
-    def end() -> None:
-        log.warning("did not close in time, ending hard; nothing acknowledged is lost", seconds=seconds)
-        os._exit(143)
-
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    return timer
+def _end_hard(stop: threading.Event, closed: threading.Event, received: list[int]) -> None:
+    """End the process when it has not closed in time: Zenoh's close may hang on a bad link (ecosystem-facts §10)."""
+    stop.wait()
+    if not closed.wait(GRACE):
+        log.warning("did not close in time, ending hard; nothing acknowledged is lost", seconds=GRACE)
+        os._exit(128 + received[0] if received else 1)
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ from plant.presets import paper_axis
 from plant.publisher import SamplePublisher
 from tests.scenarios.harness import SITE, START_NS, STEP_NS, Ear, Plant, blocks_of, burst, wait_for
 
-SAMPLES, HOP = 400, 300
+SAMPLES, HOP = 1000, 800
 SETTINGS = f"""
 [window]
 samples = {SAMPLES}
@@ -30,11 +30,11 @@ keep_raw_windows = 1000000
 [identification]
 workers = 2
 """
-RATE = 2000.0  # samples per second
+RATE = 1000.0  # samples per second
 
 
-def run(folder: Path, kills: int, seed: int, cache_blocks: int = 100) -> dict:
-    """Kill `kills` times; return the account. A cache of 100 blocks holds 5 s, so longer outages leave gaps."""
+def run(folder: Path, kills: int, seed: int, cache_blocks: int = 40) -> dict:
+    """Kill `kills` times; return the account. A cache of 40 blocks holds 4 s, so longer outages leave gaps."""
     rng = np.random.default_rng(seed)
     stop, sent = threading.Event(), [0]
     torque, position = burst(paper_axis(), samples=2000)
