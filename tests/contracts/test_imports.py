@@ -129,7 +129,8 @@ def required_distributions() -> set[str]:
                     walk(line, asked)
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    for line in (*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())):
+    extras = project["optional-dependencies"]
+    for line in itertools.chain(project["dependencies"], extras["parquet"], extras["dev"]):
         if not line.startswith("tribowatch"):
             walk(line, "")
     return {name for name, _ in found}
