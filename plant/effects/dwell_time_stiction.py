@@ -16,12 +16,14 @@ from plant.kernels.step import FASTMATH
 SLIP = 0.5e-3  # m: 14 % are left after a millimetre
 REST_SPEED = 1e-4  # m/s, with bristles; without them rest is exact
 AT_REST = 1e-9  # m/s
+YOUNG = 1e-30  # contact age that is as good as none: numbers too small for the processor are slow
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _older(age: float, rest: float, slipped: float) -> float:
     """Contact age after `rest` time constants at rest and `slipped` slip lengths of motion."""
-    return (1.0 - (1.0 - age) * exp_neg(rest)) * exp_neg(slipped)
+    older = (1.0 - (1.0 - age) * exp_neg(rest)) * exp_neg(slipped)
+    return older if older > YOUNG else 0.0
 
 
 @law(TO_STEP)
