@@ -47,7 +47,7 @@ lint: $(VENV)/.ready-dev  ## ruff, mypy --strict and the import contracts alone
 	$(BIN)/mypy
 	$(BIN)/lint-imports --cache-dir $(CACHE)/grimp
 
-docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md and docs/configuration.md from the code
+docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and deploy/tribowatch.toml from the code
 	$(PY) docs/generate.py
 
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream

@@ -1,6 +1,6 @@
-"""Write the reference pages that come from the code: docs/cli.md and docs/configuration.md.
+"""Write what comes from the code: docs/cli.md, docs/configuration.md, and deploy/tribowatch.toml with every default.
 
-`make docs` runs it; a test fails when a page and the code differ.
+`make docs` runs it; a test fails when one of them and the code differ.
 """
 
 from __future__ import annotations
@@ -59,6 +59,29 @@ def configuration_reference() -> str:
     return "\n".join(lines)
 
 
+def example_configuration() -> str:
+    """A configuration that says every default, with its meaning beside it."""
+    from pydantic import BaseModel
+    from pydantic_core import PydanticUndefined
+
+    from monitor.config import Config
+
+    def lines(model: type[BaseModel]) -> list[str]:
+        found = []
+        for name, field in model.model_fields.items():
+            if name == "axis" or isinstance(field.default, BaseModel):
+                continue
+            value = EXAMPLE[name] if field.default is PydanticUndefined else _toml(field.default)
+            found.append(f"{f'{name} = {value}':40}# {field.description or ''}".rstrip(" #"))
+        return found
+
+    text = [EXAMPLE_PREFACE, *lines(Config)]
+    for name, field in Config.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            text += ["", f"[{name}]", *lines(type(field.default))]
+    return "\n".join([*text, EXAMPLE_AXES])
+
+
 def _toml(value: Any) -> str:
     """A default as one writes it in TOML."""
     if isinstance(value, bool):
@@ -89,10 +112,25 @@ One TOML file, given to `tribowatch run --config FILE`. Unknown keys are errors 
 Every key can be overridden by the environment: `TRIBOWATCH_ZENOH__PREFIX=plant` sets `prefix` in `[zenoh]`.
 """
 
-PAGES = {"cli.md": cli_reference, "configuration.md": configuration_reference}
+EXAMPLE = {"site": '"plant-1"'}
+EXAMPLE_PREFACE = """\
+# Configuration of the daemon with every default; only `site` is required. Generated from the code by `make docs`.
+# tribowatch check-config tribowatch.toml; tribowatch run --config tribowatch.toml
+"""
+EXAMPLE_AXES = """
+# One [[axis]] per axis; an axis that streams without being listed is counted, not identified.
+# [[axis]]
+# file = "axes/axis-0001.toml"
+"""
+
+PAGES = {
+    "docs/cli.md": cli_reference,
+    "docs/configuration.md": configuration_reference,
+    "deploy/tribowatch.toml": example_configuration,
+}
 
 if __name__ == "__main__":
     sys.path.insert(0, str(HERE.parent))
     for name, page in PAGES.items():
-        (HERE / name).write_text(page(), encoding="utf-8")
-        sys.stdout.write(f"docs/{name}\n")
+        (HERE.parent / name).write_text(page(), encoding="utf-8")
+        sys.stdout.write(f"{name}\n")
