@@ -12,19 +12,17 @@ from typing import Any
 
 import structlog
 
-from monitor import alarms as life
+from monitor.alarm_desk import AlarmDesk, Publish
+from monitor.alarms import Event
 from monitor.axis_run import AxisRun, drift_rule, needs_stream, samples_of, step_of, travelling, window_rule
 from monitor.config import Config
-from monitor.drift import DriftState, Finding, Kind, indicators, judge
+from monitor.drift import DriftState, Finding, indicators, judge
 from monitor.errors import DatabaseError, QueryError
 from monitor.estimate import Estimate
 from monitor.identify_window import Job
 from monitor.inbox import Inbox, Message
-from monitor.judgement import apply, command
 from monitor.payloads import estimate_payload, model_payload, status_payload
-from monitor.queries import transition_dict
 from monitor.store import Store
-from monitor.store_records import Change
 from monitor.windows import Assembler
 from monitor.workers import Workers, window_seed
 from plant import keys
@@ -33,7 +31,6 @@ from plant.errors import ParameterError, PayloadError
 from plant.wire import decode_block
 
 log = structlog.get_logger()
-Publish = Callable[[str, str, dict[str, Any]], None]
 
 MESSAGES_PER_STEP = 500
 STATUS_SECONDS = 1.0
@@ -61,8 +58,7 @@ class Pipeline:
         """Take up every listed axis where the history left it."""
         self._config, self._store, self._workers, self._inbox = config, store, workers, inbox
         self._publish, self._clock, self._wall = publish, clock, wall
-        self._alarm_rule = life.AlarmRule(on_count=config.alarms.on_windows, off_count=config.alarms.off_windows)
-        self._at_once = life.AlarmRule()
+        self.alarms = AlarmDesk(config, store, publish, wall)
         self._last_commit = self._last_status = self._last_prune = clock()
         self._started = clock()
         self._turn = 0
@@ -238,13 +234,13 @@ class Pipeline:
         """Judge one answer, store it with everything it changed, then tell."""
         findings, watched = self._judge(run, estimate)
         run.record.drift = run.drift.to_dict()
-        name, now_ns = run.record.name, estimate.window.end_ns
-        touched, changes = apply(self._config.site, name, run.alarms, findings, now_ns, self._alarm_rule)
+        name = run.record.name
+        touched, changes = self.alarms.observe(run, findings, estimate.window.end_ns)
         ids = self._store.save(run.record, row, estimate, watched, touched, changes)
         self._publish("parameters", name, estimate_payload(self._config.site, name, estimate, watched))
         if estimate.verdict == "identified":
             self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
-        self._tell_changes(run, ids, changes)
+        self.alarms.tell(run, ids, changes)
 
     def _judge(self, run: AxisRun, estimate: Estimate) -> tuple[list[Finding], list[dict[str, Any]]]:
         """Drift; an error of ours there must not cost the answer, nor stop the other axes."""
@@ -255,66 +251,6 @@ class Pipeline:
             run.reject("judgement_error")
             log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))
             return [], []
-
-    # --- alarms -------------------------------------------------------------------------------------------
-
-    def _tell_changes(self, run: AxisRun, ids: list[int], changes: list[Change]) -> None:
-        for number, change in zip(ids, changes, strict=True):
-            row = {
-                "id": number,
-                "kind": change.record.kind,
-                "event": change.transition.event.value,
-                "before": change.transition.before.value,
-                "after": change.transition.after.value,
-                "at_ns": change.transition.at_ns,
-                "author": change.author,
-                "alert": change.record.alert,
-            }
-            self._publish("alerts", run.record.name, transition_dict(run.record.name, row))
-            text = (change.record.alert or {}).get("text", "")
-            log.warning("alert", kind=change.record.kind, state=change.transition.after.value, text=text)
-        if ids:
-            self._store.mark_told(ids)
-
-    def tell_untold(self) -> None:
-        """After a restart: publish what was stored but perhaps not told."""
-        names = {run.record.id: name for name, run in self.runs.items()}
-        untold = self._store.untold()
-        for _, axis_id, row in untold:
-            self._publish("alerts", names[axis_id], transition_dict(names[axis_id], row))
-        if untold:
-            self._store.mark_told([number for number, _, _ in untold])
-
-    def _watch_silence(self, run: AxisRun, now: float) -> None:
-        """Staleness is the one condition on the wall clock; missing data never resolves another alarm."""
-        if run.axis is None or run.record.last_ns is None:
-            return
-        silence = now - (self._started if run.heard is None else run.heard)
-        stale = silence >= self._config.intake.stale_after
-        known = run.alarms.get(Kind.STALE.value)
-        if stale == (known is not None and known.alarm.active) or (run.heard is None and not stale):
-            return
-        evidence = {"silent_ns": round(silence * 1e9), "last_ns": run.record.last_ns}
-        finding = Finding(Kind.STALE, stale, evidence if stale else {})
-        touched, changes = apply(self._config.site, run.record.name, run.alarms, [finding], self._wall(), self._at_once)
-        self._tell_changes(run, self._store.save_alarms(run.record.id, touched, changes), changes)
-
-    def command(self, axis: str, kind: str, event: life.Event, author: str, until_ns: int | None = None) -> bool:
-        """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
-
-        Raises:
-            QueryError: no such axis, or no such alarm of it.
-        """
-        run = self.runs.get(axis)
-        if run is None or kind not in run.alarms:
-            raise QueryError(f"axis {axis!r} has no alarm {kind!r}")
-        now_ns = run.record.last_ns or self._wall()
-        record, change = command(run.alarms[kind], event, now_ns, self._alarm_rule, author, until_ns)
-        if change is None:
-            return False
-        run.alarms[kind] = record
-        self._tell_changes(run, self._store.save_alarms(run.record.id, [record], [change]), [change])
-        return True
 
     # --- housekeeping -------------------------------------------------------------------------------------
 
@@ -332,12 +268,26 @@ class Pipeline:
             return
         self._last_status = now
         for run in self.runs.values():
-            self._watch_silence(run, now)
+            self.alarms.watch_silence(run, now - (self._started if run.heard is None else run.heard))
             self._tell_status(run)
 
     def _tell_status(self, run: AxisRun) -> None:
         silent = None if run.heard is None else self._clock() - run.heard
         self._publish("status", run.record.name, status_payload(self._config, run, silent, self._wall()))
+
+    def tell_untold(self) -> None:
+        """After a restart: publish the transitions that were stored but perhaps not told."""
+        self.alarms.tell_untold({run.record.id: name for name, run in self.runs.items()})
+
+    def command(self, axis: str, kind: str, event: Event, author: str, until_ns: int | None = None) -> bool:
+        """An operator's command to an alarm (acknowledge, shelve, ...); False where it changes nothing.
+
+        Raises:
+            QueryError: no such axis, or no such alarm of it.
+        """
+        if axis not in self.runs:
+            raise QueryError(f"axis {axis!r} is not known")
+        return self.alarms.command(self.runs[axis], kind, event, author, until_ns)
 
     @property
     def backlog(self) -> int:

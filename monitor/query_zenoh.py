@@ -11,7 +11,8 @@ import structlog
 import zenoh
 
 from monitor.errors import QueryError
-from monitor.queries import POINTS, SCHEMA_VERSION, Reader
+from monitor.queries import Reader
+from monitor.query_rows import POINTS, SCHEMA_VERSION
 from monitor.times import parse_duration, parse_time
 from plant import keys
 from plant.errors import TribowatchError

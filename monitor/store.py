@@ -11,20 +11,26 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-import numpy as np
 from sqlalchemy import Connection, delete, insert, select, update
 
-from monitor.alarms import Alarm, State
 from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
-from monitor.estimate import Estimate, Parameter
+from monitor.estimate import Estimate
 from monitor.models import AlarmRow, AxisRow, BlockRow, EstimateRow, GapRow, ParameterRow, TransitionRow, WindowRow
 from monitor.schema import migrate
 from monitor.store_records import AlarmRecord, AxisRecord, Change
+from monitor.store_rows import (
+    alarm_of,
+    as_parameters,
+    axis_record,
+    block_row,
+    estimate_row,
+    join,
+    samples_of,
+    window_of,
+)
 from monitor.windows import Outcome, Samples, StreamState, Window, WindowId
 from plant.axis import Axis
-
-CHANNELS = ("drive", "position", "velocity", "temperature", "load")
 
 
 class Store:
@@ -64,7 +70,7 @@ class Store:
                     db.execute(insert(AxisRow).values(name=name, **units))
             db.execute(update(AxisRow).where(AxisRow.name.not_in(listed)).values(listed=False))
             rows = db.execute(select(AxisRow.__table__)).mappings()
-            return {row["name"]: _axis_record(row) for row in rows}
+            return {row["name"]: axis_record(row) for row in rows}
 
     def add_unknown(self, name: str) -> AxisRecord:
         """Note an axis that streams without being listed."""
@@ -88,7 +94,7 @@ class Store:
         with self._write() as db:
             for axis, out in batch:
                 if out.accepted:
-                    db.execute(insert(BlockRow), [_block_row(axis.id, part) for part in out.accepted])
+                    db.execute(insert(BlockRow), [block_row(axis.id, part) for part in out.accepted])
                 if out.gaps:
                     rows = [{"axis_id": axis.id, "missing": gap.missing, **dataclasses.asdict(gap)} for gap in out.gaps]
                     db.execute(insert(GapRow), rows)
@@ -117,7 +123,7 @@ class Store:
         query = select(WindowRow.__table__).where(WindowRow.done.is_(False))
         with self._write() as db:
             rows = db.execute(query.order_by(WindowRow.axis_id, WindowRow.epoch, WindowRow.first_seq)).mappings()
-            return [(row["id"], row["axis_id"], _window(row)) for row in rows]
+            return [(row["id"], row["axis_id"], window_of(row)) for row in rows]
 
     def read(self, axis_id: int, window: WindowId) -> Samples:
         """Raw samples of a window, from the journal.
@@ -133,8 +139,8 @@ class Store:
             BlockRow.seq + BlockRow.n > window.first_seq,
         )
         with self._write() as db:
-            parts = [_samples(row) for row in db.execute(query.order_by(BlockRow.seq)).mappings()]
-        whole = _join(parts)
+            parts = [samples_of(row) for row in db.execute(query.order_by(BlockRow.seq)).mappings()]
+        whole = join(parts)
         if whole is None or whole.seq > window.first_seq or whole.end < end or len(whole) != whole.end - whole.seq:
             raise DatabaseError(f"{self.url}: the journal does not hold {window} of axis {axis_id}")
         return whole.cut(window.first_seq, end)
@@ -169,9 +175,9 @@ class Store:
     ) -> list[int]:
         """Store an answer with everything it changed; return the ids of the transitions."""
         with self._write() as db:
-            db.execute(insert(EstimateRow).values(_estimate_row(axis.id, window_row, estimate, indicators)))
+            db.execute(insert(EstimateRow).values(estimate_row(axis.id, window_row, estimate, indicators)))
             common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
-            trended = (*estimate.parameters, *_as_parameters(indicators))
+            trended = (*estimate.parameters, *as_parameters(indicators))
             if trended:
                 db.execute(insert(ParameterRow), [{**common, **dataclasses.asdict(one)} for one in trended])
             db.execute(update(WindowRow).where(WindowRow.id == window_row).values(done=True))
@@ -217,7 +223,7 @@ class Store:
         with self._write() as db:
             rows = db.execute(select(AlarmRow.__table__).where(AlarmRow.axis_id == axis_id)).mappings()
             return {
-                row["kind"]: AlarmRecord(row["kind"], _alarm(row["machine"]), row["occurrence"], row["alert"])
+                row["kind"]: AlarmRecord(row["kind"], alarm_of(row["machine"]), row["occurrence"], row["alert"])
                 for row in rows
             }
 
@@ -231,81 +237,3 @@ class Store:
         """Note that these transitions were published."""
         with self._write() as db:
             db.execute(update(TransitionRow).where(TransitionRow.id.in_(ids)).values(published=True))
-
-
-def _axis_record(row: Any) -> AxisRecord:
-    stream = StreamState()
-    if row["stream"]:
-        starts = tuple((int(seq), int(t_ns)) for seq, t_ns in row["stream"]["starts"])
-        stream = StreamState(**{**row["stream"], "starts": starts})
-    return AxisRecord(
-        row["id"],
-        row["name"],
-        row["listed"],
-        stream,
-        row["samples"],
-        row["missing"],
-        row["last_ns"],
-        dict(row["rejected"]),
-        row["drift"],
-    )
-
-
-def _window(row: Any) -> Window:
-    return Window(WindowId(row["epoch"], row["first_seq"], row["samples"]), row["start_ns"], row["end_ns"])
-
-
-def _alarm(machine: dict[str, Any]) -> Alarm:
-    return Alarm(**{**machine, "state": State(machine["state"])})
-
-
-def _estimate_row(
-    axis_id: int, window_row: int, estimate: Estimate, indicators: list[dict[str, Any]]
-) -> dict[str, Any]:
-    direct = ("verdict", "reason", "criterion", "held_out_criterion", "method", "evaluations", "seed", "software")
-    return {
-        **{name: getattr(estimate, name) for name in (*direct, "data_sha256", "seconds", "result", "conditions")},
-        "window_id": window_row,
-        "axis_id": axis_id,
-        "start_ns": estimate.window.start_ns,
-        "end_ns": estimate.window.end_ns,
-        "curve": estimate.curve.to_dict() if estimate.curve else None,
-        "drift": indicators,
-    }
-
-
-def _as_parameters(indicators: list[dict[str, Any]]) -> tuple[Parameter, ...]:
-    """What is watched is trended too: `friction_at_mid_speed` and so on."""
-    return tuple(
-        Parameter(one["name"].replace(" ", "_").lower(), one["value"], one["unit"], *one["ci95"]) for one in indicators
-    )
-
-
-def _block_row(axis_id: int, part: Samples) -> dict[str, Any]:
-    arrays = {name: getattr(part, name) for name in CHANNELS}
-    return {
-        "axis_id": axis_id,
-        "epoch": part.epoch,
-        "seq": part.seq,
-        "n": len(part),
-        "is_force": part.is_force,
-        "t_ns": part.t_ns.astype("<i8").tobytes(),
-        **{name: None if values is None else values.astype("<f8").tobytes() for name, values in arrays.items()},
-    }
-
-
-def _samples(row: Any) -> Samples:
-    arrays = {name: np.frombuffer(row[name], "<f8") for name in CHANNELS if row[name] is not None}
-    return Samples(row["epoch"], row["seq"], np.frombuffer(row["t_ns"], "<i8"), is_force=row["is_force"], **arrays)
-
-
-def _join(parts: list[Samples]) -> Samples | None:
-    """Concatenate; a channel that not every part has is left out."""
-    if not parts:
-        return None
-    joined: dict[str, Any] = {"t_ns": np.concatenate([part.t_ns for part in parts])}
-    for name in CHANNELS:
-        arrays = [getattr(part, name) for part in parts]
-        if all(values is not None for values in arrays):
-            joined[name] = np.concatenate(arrays)
-    return dataclasses.replace(parts[0], **{**dict.fromkeys(("velocity", "temperature", "load")), **joined})

@@ -30,11 +30,17 @@ class Bench:
         self.store = Store(self.url)
         self.inbox = Inbox(100)
         self.told = []
+        self.untellable = ""
         self.pipeline = Pipeline(
             Config(site="site", state_dir=folder, **{**SMALL, **settings}), {axis.name: axis for axis in axes},
-            self.store, workers, self.inbox, lambda what, axis, content: self.told.append((what, axis, content)),
+            self.store, workers, self.inbox, self.publish,
             clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
         )  # fmt: skip
+
+    def publish(self, what, axis, content):
+        if what == self.untellable:
+            raise ConnectionError("killed between storing and telling")
+        self.told.append((what, axis, content))
 
     def put(self, block, key="tribowatch/site/axis-1/samples"):
         self.inbox.put(Message(key, CBOR, encode_block(block), self.now))
@@ -202,12 +208,7 @@ def test_what_was_stored_but_not_told_is_told_after_a_restart(tmp_path, workers)
     torque, position = burst(AXIS, samples=200)
     bench.put(next(blocks_of("axis-1", 1, 0, START_NS, torque, position)))
     bench.step()
-
-    def dies(what, axis, content):
-        if what == "alerts":
-            raise ConnectionError("killed between storing and telling")
-
-    bench.pipeline._publish = dies
+    bench.untellable = "alerts"
     with pytest.raises(ConnectionError):
         bench.step(200.0)
     bench.store.close()

@@ -1,0 +1,96 @@
+"""Alarms in the daemon: findings and commands move them, the store keeps them, then subscribers are told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import structlog
+
+from monitor.alarms import AlarmRule, Event
+from monitor.axis_run import AxisRun
+from monitor.config import Config
+from monitor.drift import Finding, Kind
+from monitor.errors import QueryError
+from monitor.judgement import apply, command
+from monitor.query_rows import transition_dict
+from monitor.store import Store
+from monitor.store_records import AlarmRecord, Change
+
+log = structlog.get_logger()
+Publish = Callable[[str, str, dict[str, Any]], None]
+
+
+class AlarmDesk:
+    """Belongs to the supervising thread."""
+
+    def __init__(self, config: Config, store: Store, publish: Publish, wall: Callable[[], int]) -> None:
+        """`wall` is Unix time [ns]: staleness has no event to take its time from."""
+        self._config, self._store, self._publish, self._wall = config, store, publish, wall
+        self._rule = AlarmRule(on_count=config.alarms.on_windows, off_count=config.alarms.off_windows)
+        self._at_once = AlarmRule()
+
+    def observe(self, run: AxisRun, findings: Iterable[Finding], now_ns: int) -> tuple[list[AlarmRecord], list[Change]]:
+        """Let findings at event time `now_ns` [ns] move the alarms of an axis; gives what is to be stored."""
+        return apply(self._config.site, run.record.name, run.alarms, findings, now_ns, self._rule)
+
+    def tell(self, run: AxisRun, ids: list[int], changes: list[Change]) -> None:
+        """Publish stored transitions, and note that they were."""
+        for number, change in zip(ids, changes, strict=True):
+            row = {
+                "id": number,
+                "kind": change.record.kind,
+                "event": change.transition.event.value,
+                "before": change.transition.before.value,
+                "after": change.transition.after.value,
+                "at_ns": change.transition.at_ns,
+                "author": change.author,
+                "alert": change.record.alert,
+            }
+            self._publish("alerts", run.record.name, transition_dict(run.record.name, row))
+            text = (change.record.alert or {}).get("text", "")
+            log.warning("alert", kind=change.record.kind, state=change.transition.after.value, text=text)
+        if ids:
+            self._store.mark_told(ids)
+
+    def tell_untold(self, names: Mapping[int, str]) -> None:
+        """After a restart: publish what was stored but perhaps not told. `names` of the axes, by row."""
+        untold = self._store.untold()
+        for _, axis_id, row in untold:
+            self._publish("alerts", names[axis_id], transition_dict(names[axis_id], row))
+        if untold:
+            self._store.mark_told([number for number, _, _ in untold])
+
+    def watch_silence(self, run: AxisRun, silence: float) -> None:
+        """Staleness is the one condition on the wall clock; missing data never resolve another alarm.
+
+        Args:
+            run: the axis; one that was never heard cannot fall silent.
+            silence: since its latest message, or since the start. [s]
+        """
+        if run.axis is None or run.record.last_ns is None:
+            return
+        stale = silence >= self._config.intake.stale_after
+        known = run.alarms.get(Kind.STALE.value)
+        if stale == (known is not None and known.alarm.active) or (run.heard is None and not stale):
+            return
+        evidence = {"silent_ns": round(silence * 1e9), "last_ns": run.record.last_ns}
+        finding = Finding(Kind.STALE, stale, evidence if stale else {})
+        touched, changes = apply(self._config.site, run.record.name, run.alarms, [finding], self._wall(), self._at_once)
+        self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+
+    def command(self, run: AxisRun, kind: str, event: Event, author: str, until_ns: int | None = None) -> bool:
+        """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
+
+        Raises:
+            QueryError: the axis has no such alarm.
+        """
+        if kind not in run.alarms:
+            raise QueryError(f"axis {run.record.name!r} has no alarm {kind!r}")
+        now_ns = run.record.last_ns or self._wall()
+        record, change = command(run.alarms[kind], event, now_ns, self._rule, author, until_ns)
+        if change is None:
+            return False
+        run.alarms[kind] = record
+        self.tell(run, self._store.save_alarms(run.record.id, [record], [change]), [change])
+        return True

@@ -1,0 +1,97 @@
+"""From rows of the history to values and back; see `store.py`."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from monitor.alarms import Alarm, State
+from monitor.estimate import Estimate, Parameter
+from monitor.store_records import AxisRecord
+from monitor.windows import Samples, StreamState, Window, WindowId
+
+CHANNELS = ("drive", "position", "velocity", "temperature", "load")
+
+
+def axis_record(row: Any) -> AxisRecord:
+    """An axis as the pipeline takes it up."""
+    stream = StreamState()
+    if row["stream"]:
+        starts = tuple((int(seq), int(t_ns)) for seq, t_ns in row["stream"]["starts"])
+        stream = StreamState(**{**row["stream"], "starts": starts})
+    return AxisRecord(
+        row["id"],
+        row["name"],
+        row["listed"],
+        stream,
+        row["samples"],
+        row["missing"],
+        row["last_ns"],
+        dict(row["rejected"]),
+        row["drift"],
+    )
+
+
+def window_of(row: Any) -> Window:
+    """A window from its row."""
+    return Window(WindowId(row["epoch"], row["first_seq"], row["samples"]), row["start_ns"], row["end_ns"])
+
+
+def alarm_of(machine: dict[str, Any]) -> Alarm:
+    """An alarm's state machine, as it was left."""
+    return Alarm(**{**machine, "state": State(machine["state"])})
+
+
+def estimate_row(axis_id: int, window_row: int, estimate: Estimate, indicators: list[dict[str, Any]]) -> dict[str, Any]:
+    """An answer as its row."""
+    direct = ("verdict", "reason", "criterion", "held_out_criterion", "method", "evaluations", "seed", "software")
+    return {
+        **{name: getattr(estimate, name) for name in (*direct, "data_sha256", "seconds", "result", "conditions")},
+        "window_id": window_row,
+        "axis_id": axis_id,
+        "start_ns": estimate.window.start_ns,
+        "end_ns": estimate.window.end_ns,
+        "curve": estimate.curve.to_dict() if estimate.curve else None,
+        "drift": indicators,
+    }
+
+
+def as_parameters(indicators: list[dict[str, Any]]) -> tuple[Parameter, ...]:
+    """What is watched is trended too: `friction_at_mid_speed` and so on."""
+    return tuple(
+        Parameter(one["name"].replace(" ", "_").lower(), one["value"], one["unit"], *one["ci95"]) for one in indicators
+    )
+
+
+def block_row(axis_id: int, part: Samples) -> dict[str, Any]:
+    """Samples as a row of the journal."""
+    arrays = {name: getattr(part, name) for name in CHANNELS}
+    return {
+        "axis_id": axis_id,
+        "epoch": part.epoch,
+        "seq": part.seq,
+        "n": len(part),
+        "is_force": part.is_force,
+        "t_ns": part.t_ns.astype("<i8").tobytes(),
+        **{name: None if values is None else values.astype("<f8").tobytes() for name, values in arrays.items()},
+    }
+
+
+def samples_of(row: Any) -> Samples:
+    """Samples from a row of the journal."""
+    arrays = {name: np.frombuffer(row[name], "<f8") for name in CHANNELS if row[name] is not None}
+    return Samples(row["epoch"], row["seq"], np.frombuffer(row["t_ns"], "<i8"), is_force=row["is_force"], **arrays)
+
+
+def join(parts: list[Samples]) -> Samples | None:
+    """Concatenate; a channel that not every part has is left out."""
+    if not parts:
+        return None
+    joined: dict[str, Any] = {"t_ns": np.concatenate([part.t_ns for part in parts])}
+    for name in CHANNELS:
+        arrays = [getattr(part, name) for part in parts]
+        if all(values is not None for values in arrays):
+            joined[name] = np.concatenate(arrays)
+    return dataclasses.replace(parts[0], **{**dict.fromkeys(("velocity", "temperature", "load")), **joined})
