@@ -205,7 +205,7 @@ def _explained(axis: Axis, result: Fit) -> Finding:
 def _delay(recording: Recording, result: Fit) -> Finding | None:
     """Force and position must be of the same instant."""
     period = recording.period
-    shifted = abs(result.delay) > 1.5 * period and result.delay_gain > 0.3
+    shifted = abs(result.delay) > 1.5 * period
     late = "position" if result.delay > 0 else "force"
     seen = f"{1e3 * abs(result.delay):.3g} ms" if shifted else "none to speak of"
     text = (

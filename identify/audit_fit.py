@@ -1,7 +1,8 @@
 """What a recording says of inertia, constant force and friction, roughly and without any starting value.
 
 The weak form of eq. (5): force and motion are seen through a smooth kernel whose derivatives are known, so that the
-position is never differentiated: sum(F phi) = m sum(y phi'') + c + F_c sum(sign(v) phi) + F_v sum(y phi').
+position is never differentiated: sum(F phi) = m sum(y phi'') + c + F_c sum(sign(v) phi) + F_v sum(y phi'), and a
+bump that decays with speed, as in eq. (1), because its neglect would pass for a delay.
 Good to some percent, which is what judging signs and units takes; identification is elsewhere.
 """
 
@@ -23,8 +24,10 @@ KERNEL_SECONDS = 0.25  # longer than noise and quantisation, shorter than a stro
 KERNEL_SAMPLES = (9, 401)
 GAP = 2.5  # median periods without a sample end a segment
 SLOW = 0.05  # of the 95 % speed: below it the axis may stick, where friction is anything
+BUMP = 4.0  # of that speed: the decay of the bump, a fifth of the 95 % speed
 LONGEST = 60_000  # samples looked at
 LONGEST_DELAY = 0.1  # s
+SEEN_DELAY = (0.3, 0.005)  # of the residual's and of the force's variance must go with it
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +147,7 @@ class _Rows:
     width: int
     bend: Floats
     side: Floats
+    bump: Floats
     slope: Floats
     forces: Floats
 
@@ -157,7 +161,9 @@ class _Rows:
         slow = max(SLOW * float(np.quantile(np.abs(velocity), 0.95)), step / (width * period))
         if slow == 0:
             return None
-        side = np.convolve(np.clip(velocity / slow, -1, 1), kernel.flat, "valid")
+        way = np.clip(velocity / slow, -1, 1)
+        side = np.convolve(way, kernel.flat, "valid")
+        bump = np.convolve(way * np.exp(-np.abs(velocity) / (BUMP * slow)), kernel.flat, "valid")
         resting = np.convolve((np.abs(velocity) < slow).astype(np.float64), kernel.flat, "valid")
         half = width // 2
         bend = np.convolve(y - y.mean(), kernel.bend, "valid")[half:-half]
@@ -165,7 +171,7 @@ class _Rows:
         rows = np.arange(margin, len(side) - margin, _stride(width))
         rows = rows[resting[rows] < 0.3]
         forces = np.column_stack([smooth[rows - lag] for lag in lags])
-        return cls(period, width, bend[rows], side[rows], velocity[half:-half][rows], forces)
+        return cls(period, width, bend[rows], side[rows], bump[rows], velocity[half:-half][rows], forces)
 
 
 def _stride(width: int) -> int:
@@ -175,16 +181,15 @@ def _stride(width: int) -> int:
 
 def _solve(segments: list[_Rows], lags: list[int]) -> Fit | None:
     """Least squares over all segments, at every lag at once; the lag that leaves least is the delay."""
-    bend, side, slope = (
-        np.concatenate([getattr(rows, name) for rows in segments]) for name in ("bend", "side", "slope")
-    )
+    names = ("bend", "side", "bump", "slope")
+    bend, side, bump, slope = (np.concatenate([getattr(rows, name) for rows in segments]) for name in names)
     targets = np.concatenate([rows.forces for rows in segments])
     width, period = segments[0].width, segments[0].period
     correlated = 0.5 * width / _stride(width)  # neighbouring rows share most of their samples
     if len(targets) < 4 * correlated:
         return None
     two_way = min(np.mean(side > 0.5), np.mean(side < -0.5)) > 0.02
-    matrix = np.column_stack([bend, np.ones_like(bend)] + ([side, slope] if two_way else []))
+    matrix = np.column_stack([bend, np.ones_like(bend)] + ([side, slope, bump] if two_way else []))
     scale = np.sqrt(np.mean(matrix**2, axis=0))
     scale[scale == 0] = 1.0
     left, singular, right = np.linalg.svd(matrix / scale, full_matrices=False)
@@ -192,13 +197,16 @@ def _solve(segments: list[_Rows], lags: list[int]) -> Fit | None:
     solutions = (right.T * inverse) @ (left.T @ targets) / scale[:, None]
     squares = np.sum((targets - matrix @ solutions) ** 2, axis=0)
     now, best = lags.index(0), int(np.argmin(squares))
+    gained, whole = squares[now] - squares[best], len(targets) * np.var(targets[:, now])
+    if best in (0, len(lags) - 1) or gained < SEEN_DELAY[0] * squares[now] or gained < SEEN_DELAY[1] * whole:
+        best = now  # at the edge of what is searched, or hardly better: no delay
     variance = squares[best] / max(len(targets) - correlated * matrix.shape[1], 1.0)
     covariance = (right.T * inverse**2) @ right * variance * correlated / np.outer(scale, scale)
     solution = solutions[:, best]
     at = np.zeros(matrix.shape[1])
     speed = float(np.median(np.abs(slope)))
     if two_way:
-        at[2:] = 1.0, speed
+        at[2:] = 1.0, speed, float(np.mean(np.abs(bump[np.abs(np.abs(slope) - speed) < 0.3 * speed])))
     return Fit(
         mass=float(solution[0]),
         mass_error=float(np.sqrt(covariance[0, 0])),
