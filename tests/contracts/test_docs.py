@@ -11,6 +11,8 @@ import runpy
 import shlex
 import shutil
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -108,6 +110,27 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
+def test_the_query_of_the_page_is_answered(worn, tmp_path):
+    """The page's program as printed, but for the endpoint and the site of the demo."""
+    folder = tmp_path / "demo"
+    shutil.copytree(worn[0], folder)
+    port = free_port()
+    config = folder / "tribowatch.toml"
+    config.write_text(re.sub(r"127\.0\.0\.1:\d+", f"127.0.0.1:{port}", config.read_text()))
+    program = blocks(ROOT / "docs" / "outputs.md", "python")[0]
+    program = program.replace("127.0.0.1:7447", f"127.0.0.1:{port}").replace("plant-1", "demo")
+    with daemon(config):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        wrong = program.replace("coulomb_force;", "colour;")
+        refused = subprocess.run([sys.executable, "-c", wrong], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert 5 <= len(lines) <= 20
+    assert all(" N [" in line for line in lines)
+    assert "refused" in refused.stdout
+    assert "'colour'" in refused.stdout
+
+
 # --- what the pages hold ----------------------------------------------------------------------------------------
 
 
@@ -180,8 +203,6 @@ def test_links_between_pages_lead_somewhere():
 
 
 def committed_files() -> list[Path]:
-    import subprocess
-
     done = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
     if done.returncode != 0:
         pytest.skip("not a git checkout: no list of committed files")
