@@ -240,6 +240,11 @@ def _refused(recording: Recording, axis: Axis, method: str, seed: int, reason: s
         evaluations=0,
         seed=seed,
         samples=len(recording),
-        start=float(recording.t[0]),
-        end=float(recording.t[-1]),
+        start=_or_zero(recording.t[0]),
+        end=_or_zero(recording.t[-1]),
     )
+
+
+def _or_zero(stamp: float) -> float:
+    """The stamp, or 0 where it is none: JSON knows no NaN."""
+    return float(stamp) if np.isfinite(stamp) else 0.0

@@ -81,7 +81,8 @@ def line(label: str, axis: Axis, result: IdentificationResult) -> str:
     force, half = result.curve_at(speeds)
     band = ", ".join(f"{v:.3g}: {f:.4g} ± {h:.2g}" for v, f, h in zip(speeds, force, half, strict=True))
     unit = f"{axis.force_unit} at {axis.position_unit}/s"
-    return f"| {label} | {result.verdict} | {' | '.join(cells)} | {unit} {band} | {result.observer} | {result.reason or ''} |"
+    shown = [label, str(result.verdict), *cells, f"{unit} {band}", str(result.observer), result.reason or ""]
+    return f"| {' | '.join(shown)} |"
 
 
 def main() -> None:

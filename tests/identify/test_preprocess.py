@@ -1,0 +1,199 @@
+"""What sensors get wrong is taken out before the fit and said; the physics stays what it was."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identify.faults import bend, force_spikes, frozen, unwrapped
+from identify.identification import identify_friction
+from identify.preprocess import prepare, smooth_velocity
+from plant.axis import TorqueHold
+from plant.recording import Recording
+from tests.identify.studies.machines import FRICTION, Setting, draw_case
+
+CASE = draw_case(3, Setting("multi", samples=2500))
+CLOSED = draw_case(3, Setting("loop", samples=2500))
+RNG_SEED = 5
+
+
+def with_position(recording, position):
+    return dataclasses.replace(recording, position=position)
+
+
+def holds_truth(case, result):
+    """Every friction parameter within one and a half times its interval (one seed each), the curve within 2 %."""
+    for name in FRICTION:
+        low, high = result.parameters[name].ci95
+        assert abs(case.truth[name] - 0.5 * (low + high)) <= 0.75 * (high - low), name
+    speeds = result.curve.fastest * np.array([0.1, 0.4, 0.9])
+    assert np.allclose(result.curve_at(speeds)[0], case.law.force(speeds), rtol=0.02)
+
+
+@pytest.mark.parametrize("case", [CASE, CLOSED], ids=["open", "closed"])
+def test_nothing_is_removed_from_a_healthy_recording(case):
+    result = identify_friction(case.recording, case.axis)
+    assert result.preprocessing == ()
+    holds_truth(case, result)
+
+
+@pytest.mark.parametrize("size", [1.5e-3, 5e-3, 0.2], ids=["1.5 mm", "5 mm", "20 cm"])
+@pytest.mark.parametrize("case", [CASE, CLOSED], ids=["open", "closed"])
+def test_single_spikes_of_the_position_are_found_reported_and_do_no_harm(case, size):
+    rng = np.random.default_rng(RNG_SEED)
+    position = case.recording.position.copy()
+    spots = rng.choice(np.arange(20, 2480), 6, replace=False)
+    position[spots] += size * rng.choice([-1.0, 1.0], 6)
+    clean = identify_friction(case.recording, case.axis)
+    result = identify_friction(with_position(case.recording, position), case.axis)
+    counted = sum(int(line.split(": ")[1]) for line in result.preprocessing if "outliers" in line)
+    assert 5 <= counted <= 7
+    for name in FRICTION:
+        low, high = clean.parameters[name].ci95
+        assert abs(result.parameters[name].value - clean.parameters[name].value) < 0.25 * (high - low)
+
+
+def test_a_dropout_to_zero_of_some_samples_is_not_fitted():
+    position = CASE.recording.position.copy()
+    away = int(np.argmax(np.abs(position)))
+    position[away - 2 : away + 2] = 0.0
+    result = identify_friction(with_position(CASE.recording, position), CASE.axis)
+    assert any("outliers" in line for line in result.preprocessing)
+    holds_truth(CASE, result)
+
+
+def test_a_jump_of_the_zero_begins_a_new_run():
+    position = CASE.recording.position.copy()
+    position[700:] += 0.05
+    samples = prepare(with_position(CASE.recording, position), CASE.axis)
+    assert samples.runs == 2
+    assert samples.first.tolist() == [0, 700]
+    holds_truth(CASE, identify_friction(with_position(CASE.recording, position), CASE.axis))
+
+
+@pytest.mark.parametrize("length", [15, 80])
+def test_a_frozen_position_is_not_fitted(length):
+    speed = np.abs(smooth_velocity(prepare(CLOSED.recording, CLOSED.axis)))
+    begin = int(np.flatnonzero(speed > 0.9 * speed.max())[0])
+    position = CLOSED.recording.position.copy()
+    position[begin : begin + length] = position[begin]
+    result = identify_friction(with_position(CLOSED.recording, position), CLOSED.axis)
+    assert any("frozen" in line for line in result.preprocessing)
+    holds_truth(CLOSED, result)
+
+
+def test_a_machine_that_truly_stands_still_is_not_called_frozen():
+    case = draw_case(1, Setting("loop", noise=0.0, dirt=0.0))
+    assert np.mean(np.diff(case.recording.position) == 0.0) > 0.02
+    assert prepare(case.recording, case.axis).removed == ()
+
+
+def test_force_spikes_that_the_machine_did_not_feel_are_replaced():
+    force = CASE.recording.force.copy()
+    force[[500, 1500]] += 300.0
+    result = identify_friction(dataclasses.replace(CASE.recording, force=force), CASE.axis)
+    assert result.preprocessing == ("force spikes replaced by their neighbours: 2",)
+    holds_truth(CASE, result)
+
+
+def test_force_spikes_that_the_machine_felt_stay(monkeypatch):
+    from tests.identify.studies import machines
+
+    excite = machines.excite
+
+    def kicked(*arguments):
+        torque = excite(*arguments)
+        kick = torque.torque.copy()
+        kick[[500, 1500]] += 3.0
+        return dataclasses.replace(torque, torque=kick)
+
+    monkeypatch.setattr(machines, "excite", kicked)
+    case = draw_case(3, Setting("multi"))
+    assert force_spikes(case.recording.force).sum() == 2
+    result = identify_friction(case.recording, case.axis)
+    assert result.preprocessing == ()
+    holds_truth(case, result)
+
+
+def test_square_waves_have_no_spikes_and_no_frozen_force():
+    t = np.arange(2000) * 0.01
+    force = np.where(np.sin(2 * np.pi * 0.4 * t) > 0, 80.0, -80.0)
+    recording = Recording(t, force, 0.2 * np.sin(t), sample_time=0.01)
+    assert prepare(recording, CASE.axis).removed == ()
+
+
+def test_the_model_is_never_marched_across_a_gap():
+    keep = np.ones(len(CASE.recording), dtype=bool)
+    keep[1000:1100] = False
+    keep[2000:2003] = False
+    r = CASE.recording
+    gappy = dataclasses.replace(r, t=r.t[keep], force=r.force[keep], position=r.position[keep])
+    samples = prepare(gappy, CASE.axis)
+    assert samples.runs == 3
+    assert samples.steps.max() < 0.011
+    result = identify_friction(gappy, CASE.axis)
+    assert result.preprocessing == ("3 runs between gaps; 0 samples in shorter pieces left out",)
+    holds_truth(CASE, result)
+
+
+def test_an_irregular_clock_is_marched_as_it_ticks():
+    rng = np.random.default_rng(RNG_SEED)
+    fast = draw_case(4, Setting("multi", samples=20000, period=1e-3))
+    rows = np.cumsum(rng.integers(6, 15, 1900))
+    r = fast.recording
+    # held over each 1 ms, the force is nearly linear over 6 to 14 of them
+    jittered = dataclasses.replace(
+        r, t=r.t[rows], force=r.force[rows] - 0.5 * np.diff(r.force)[rows], position=r.position[rows],
+        sample_time=0.01, hold=TorqueHold.LINEAR,
+    )  # fmt: skip
+    samples = prepare(jittered, fast.axis)
+    assert samples.runs == 1
+    assert samples.steps[:-1].std() > 0.002
+    holds_truth(fast, identify_friction(jittered, fast.axis))
+
+
+@pytest.mark.parametrize(("position_step", "force_step"), [(1e-4, 0.0), (0.0, 1600 / 4096), (1e-4, 1600 / 4096)])
+@pytest.mark.parametrize("case", [CASE, CLOSED], ids=["open", "closed"])
+def test_coarse_resolution_is_survived(case, position_step, force_step):
+    r = case.recording
+    position = np.round(r.position / position_step) * position_step if position_step else r.position
+    force = np.round(r.force / force_step) * force_step if force_step else r.force
+    holds_truth(case, identify_friction(dataclasses.replace(r, position=position, force=force), case.axis))
+
+
+def test_fast_recordings_are_averaged_and_stay_right():
+    case = draw_case(6, Setting("multi", samples=16000, period=1e-3))
+    result = identify_friction(case.recording, case.axis)
+    assert result.preprocessing == ("1000 Hz averaged down to 200 Hz",)
+    holds_truth(case, result)
+
+
+def test_a_wrong_nominal_sample_time_is_said_and_not_used():
+    result = identify_friction(dataclasses.replace(CASE.recording, sample_time=0.02), CASE.axis)
+    assert "nominal sample time 0.02 s not used" in result.preprocessing[0]
+    holds_truth(CASE, result)
+
+
+def test_a_wrapped_angle_is_unwrapped():
+    angle = 30.0 * np.sin(np.linspace(0, 12, 3000))
+    wrapped = (angle + 12.5) % 25.0 - 12.5
+    straight, wraps, turn = unwrapped(wrapped)
+    assert wraps == np.count_nonzero(np.abs(np.diff(wrapped)) > 20.0) == 7
+    assert turn == pytest.approx(25.0, rel=1e-3)
+    assert np.allclose(straight - straight[0], angle - angle[0], atol=0.1)
+
+
+def test_an_angle_that_never_wraps_is_left_alone():
+    angle = 3.0 * np.sin(np.linspace(0, 12, 3000))
+    assert unwrapped(angle)[1] == 0
+
+
+def test_a_cubic_does_not_bend_whatever_the_clock():
+    t = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, 50))
+    assert np.abs(bend(t, 1 + t - 2 * t**2 + 0.1 * t**3)).max() < 1e-8
+
+
+def test_equal_readings_with_gentle_ends_are_no_freeze():
+    ramp = np.concatenate([np.linspace(0, 1, 50) ** 2 - 1, np.zeros(20), np.linspace(0, 1, 50) ** 2])
+    assert not frozen(ramp, 0.1).any()
+    assert frozen(np.concatenate([np.arange(50.0), np.full(20, 49.0), 70 + np.arange(50.0)]), 2.0).sum() == 20
