@@ -6,16 +6,16 @@ Taken at its word: F_s stays. With `static_share` 1 it rises by A too, as under 
 from __future__ import annotations
 
 from plant.effects.effect import Effect, Parameter
-from plant.kernels.laws import LANES, LEVEL, RISE, TO_STEP, Rows, law
+from plant.kernels.laws import CLIMB, LANES, RISE, TO_STEP, Rows, law
 
 
 @law(TO_STEP)
-def _level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+def _climb(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         part = (t + 0.5 * h - p[LANES + j]) / h  # the part of the sub-step after t_s: the impulse is exact
         step = p[j] * min(max(part, 0.0), 1.0)
-        b[LEVEL + j] += step
-        b[RISE + j] -= (1.0 - p[2 * LANES + j]) * step
+        b[CLIMB + j] += step
+        b[RISE + j] += p[2 * LANES + j] * step
 
 
 EFFECT = Effect(
@@ -25,6 +25,6 @@ EFFECT = Effect(
         Parameter("time", "s", (0.0, 1e5), about="t_s"),
         Parameter("static_share", "1", (0.0, 1.0), (0.0, 1.0), default=0.0, reported=False, about="1: F_s rises too"),
     ),
-    laws=(_level,),
+    laws=(_climb,),
     source="jam, lost lubricant, brake drag",
 )

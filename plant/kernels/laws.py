@@ -64,6 +64,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     MOTOR_FORCE,  # added force on the friction side of the motor [N]
     FORWARD,  # factor on the dry level of eq. (1) moving up [1]
     BACKWARD,  # factor on it moving down [1]
+    CLIMB,  # added to F_c [N]
     RISE,  # added to F_s [N]
     LEVEL,  # added to the dry level [N]
     VISCOUS_FORWARD,  # viscous coefficient moving up [N s/m]
@@ -82,7 +83,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HELD,
     FOLLOWS,
     DECAYS,
-) = range(0, 48 * LANES, LANES)
+) = range(0, 49 * LANES, LANES)
 ROWS = DECAYS // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

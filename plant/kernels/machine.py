@@ -24,6 +24,7 @@ from plant.kernels.laws import (
     BRISTLE_DAMPING,
     BRISTLE_STIFFNESS,
     BUMP,
+    CLIMB,
     COULOMB,
     DAMPING,
     DECAYS,
@@ -95,6 +96,7 @@ def _lay_out(b: Floats, fraction: float, half: float, two: bool) -> None:
         b[MOTOR_FORCE + j] = 0.0
         b[FORWARD + j] = 1.0
         b[BACKWARD + j] = 1.0
+        b[CLIMB + j] = 0.0
         b[RISE + j] = 0.0
         b[LEVEL + j] = 0.0
         b[VISCOUS_FORWARD + j] = b[VISCOUS + j]
@@ -173,8 +175,8 @@ def _resist(b: Floats) -> None:
     for j in range(LANES):
         velocity = 0.5 * (b[SPEED + j] + b[AHEAD + j])
         speed = abs(velocity)
-        bump = b[BUMP + j] + b[RISE + j]
-        level = b[COULOMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
+        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
+        level = b[COULOMB + j] + b[CLIMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
         added = b[LEVEL + j] + b[STAGE_LEVEL + j]
         up, down = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
         b[VELOCITY + j] = velocity
@@ -233,7 +235,8 @@ def _resist_and_solve(b: Floats, inverse_h: float) -> None:
         v = b[SPEED + j]
         velocity = 0.5 * (v + b[AHEAD + j])
         speed = abs(velocity)
-        level = b[COULOMB + j] + (b[BUMP + j] + b[RISE + j]) * exp_neg(speed * b[INVERSE_STRIBECK + j])
+        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
+        level = b[COULOMB + j] + b[CLIMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
         added = b[LEVEL + j] + b[STAGE_LEVEL + j]
         forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
         half = 0.5 * ((forward if velocity >= 0.0 else backward) + b[DRAG + j] * speed)
