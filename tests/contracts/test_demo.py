@@ -1,5 +1,6 @@
 """`tribowatch demo`, whole: the alert comes and is explained, ends are clean, no process stays behind."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -146,3 +147,79 @@ def test_the_history_of_a_real_daemon_is_not_touched(tmp_path):
 def test_options_that_cannot_be(tmp_path, arguments, word):
     assert word in complaint(tribowatch("demo", "--state-dir", tmp_path / "demo", *arguments), 2)
     assert not os.path.lexists(tmp_path / "demo" / "tribowatch.db")
+
+
+def test_watch_prints_every_change_as_it_is_stored(worn, tmp_path):
+    """A transition written while `alerts --watch` waits, by the store of the daemon itself."""
+    folder = tmp_path / "demo"
+    shutil.copytree(worn[0], folder)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "monitor", "alerts", "--watch", "--json", "--state-dir", folder],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    try:
+        assert "waiting" in process.stderr.readline()
+        acknowledge(folder)
+        change = json.loads(process.stdout.readline())
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=30)
+    assert change["kind"] == "wear"
+    assert change["transition"]["after"] == "acknowledged"
+    assert change["transition"]["author"] == "a test"
+    assert process.returncode == 143
+
+
+def acknowledge(folder):
+    """Acknowledge the wear alert as the daemon would at an operator's command."""
+    from monitor.alarms import AlarmRule, Event
+    from monitor.judgement import command
+    from monitor.store import Store
+
+    store = Store(f"sqlite:///{folder / 'tribowatch.db'}")
+    axis = store.register([]).popitem()[1]
+    record = store.alarms(axis.id)["wear"]
+    now = record.alarm.since_ns + 10**9
+    moved, change = command(record, Event.ACKNOWLEDGE, now, AlarmRule(), "a test")
+    store.save_alarms(axis.id, [moved], [change])
+    store.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
+def test_on_a_terminal_there_is_a_live_table(tmp_path):
+    """A demo of three days on a pseudo terminal, to its end; a dumb one, so that only the last picture is drawn."""
+    import pty
+
+    scenario = (ROOT / "plant" / "scenarios" / "wear.toml").read_text()
+    short = write(tmp_path / "short.toml", scenario.replace("days = 180.0", "days = 3.0"))
+
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "monitor", "demo", "--scenario", short, "--state-dir", tmp_path / "demo"],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        cwd=ROOT,
+        env=os.environ | {"TERM": "dumb", "COLUMNS": "100"},
+    )
+    os.close(theirs)
+    shown = read_all(ours)
+    assert process.wait(60) == 0
+    assert "coulomb force" in shown
+    assert "95 % interval" in shown
+    assert "the scenario is over. 6 windows" in shown
+    assert "Where to look next" in shown
+    assert "one second here is 2 days of the machine" in shown
+
+
+def read_all(terminal):
+    """Everything the other side writes until it closes."""
+    parts = []
+    with contextlib.suppress(OSError):  # Linux says EIO at the end
+        while part := os.read(terminal, 65536):
+            parts.append(part)
+    os.close(terminal)
+    return b"".join(parts).decode()
