@@ -134,6 +134,8 @@ def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> S
     wanted = axis.analysis_sample_time or (AVERAGED if period < FASTEST else period)
     ratio = max(1, round(wanted / period))
     held = recording.hold is not TorqueHold.LINEAR
+    if recording.hold is TorqueHold.UNKNOWN:
+        removed.append("what a force sample means is not known: taken as held until the next")
     mender = Mender(axis, repair_force)
     gaps = split_at_gaps(recording.t)
     used = sum(piece.stop - piece.start for piece in gaps)
