@@ -16,10 +16,10 @@ from monitor.listen_zenoh import Heard, as_recording
 from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import read_axis, write_axis
 from plant.blocks import recording_blocks
+from plant.csv_files import write_csv
 from plant.errors import InputError
 from plant.publisher import SamplePublisher
 from plant.recording_files import write_recording
-from plant.table_files import write_csv
 from plant.zenoh_session import open_session
 from tests.identify.healthy_axes import healthy_axes
 

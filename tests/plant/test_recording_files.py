@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import plant
-from plant import table_files
+from plant import csv_files, parquet_files
 from plant.axis import Axis, Mechanics, RecordingEntry, Stream, TorqueHold
 from plant.errors import RecordingError
 from plant.recording import Recording
@@ -83,9 +83,9 @@ def test_selected_values_compare_as_text_or_as_numbers_in_every_format(tmp_path,
     if kind == "mat":
         savemat(path, arrays)
     elif kind == "parquet":
-        table_files.write_parquet(path, arrays)
+        parquet_files.write_parquet(path, arrays)
     else:
-        table_files.write_csv(path, arrays)
+        csv_files.write_csv(path, arrays)
     recording = read_recording_entry(RecordingEntry(path, select={"run": value}), AXIS)
     assert recording.force.tolist() == [4.0, 6.0]
     with pytest.raises(RecordingError, match=r"no row with run = 7; run has: 1(\.0)?, 2(\.0)?$"):
