@@ -60,9 +60,11 @@ class Machine:
     bristles: bool = False
 
     def __post_init__(self) -> None:
-        """Start rigid and without delay."""
-        for name in ("motor_mass", "stiffness", "damping", "half_gap", "bristle_stiffness", "bristle_damping", "delay"):
-            setattr(self, name, np.zeros_like(self.mass))
+        """Start rigid and without delay; effects replace these arrays, they do not write into them."""
+        none = np.zeros(len(self.mass))
+        none.flags.writeable = False
+        self.motor_mass = self.stiffness = self.damping = self.half_gap = none
+        self.bristle_stiffness = self.bristle_damping = self.delay = none
 
     def split(self, effect: str) -> None:
         """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
@@ -188,20 +190,20 @@ class Plan:
             rate = np.maximum(rate, effect.rate(mine, machine, speed))
             table += [(law.phase, law.address, first_row, len(states)) for law in effect.laws]
             states += effect.initial
-        count = -(-m // LANES)
-        b = np.zeros((count, (ROWS + len(states) + sum(map(len, rows))) * LANES))
+        count, base = -(-m // LANES), ROWS + len(states)
+        layout = np.zeros((base + sum(map(len, rows)), count * LANES))
         for offset, row_values in _constants(machine).items():
-            b[:, offset : offset + LANES] = _lanes(row_values, count)
-        for i, initial in enumerate(states):
-            b[:, (ROWS + i) * LANES : (ROWS + i + 1) * LANES] = initial
-        base = ROWS + len(states)
-        for i, row_values in enumerate(r for block in rows for r in block):
-            b[:, (base + i) * LANES : (base + i + 1) * LANES] = _lanes(row_values, count)
+            layout[offset // LANES, :m] = row_values
+        layout[row.SWITCH // LANES] = 1.0
+        layout[ROWS:base, :m] = np.array(states)[:, np.newaxis]
+        if rows:
+            np.concatenate(rows, out=layout[base:, :m])
+        layout[:, m:] = layout[:, m - 1 : m]
+        b = layout.reshape(-1, count, LANES).transpose(1, 0, 2).reshape(count, -1).copy()
         laws = [(phase, address, (base + p) * LANES, (ROWS + x) * LANES) for phase, address, p, x in table]
         at_motor = machine.two_masses and self.surroundings.sensor_at_motor
         structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
         structure += SWITCHED * bool(machine.delay.any())
-        b[:, row.SWITCH : row.SWITCH + LANES] = 1.0
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
         return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, rate)
 

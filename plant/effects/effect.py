@@ -168,8 +168,13 @@ class Effect:
 
     def vanishes(self, values: Floats) -> bool:
         """True when `values` (p, m) or (p,) leave nothing of the effect: it is then not run at all."""
-        sizes = [(row, p.absent) for row, p in zip(values, self.parameters, strict=True) if p.absent is not None]
-        return bool(sizes) and all(bool(np.all(row == absent)) for row, absent in sizes)
+        sized = False
+        for row, parameter in zip(values, self.parameters, strict=True):
+            if parameter.absent is not None:
+                sized = True
+                if not (row == parameter.absent).all():
+                    return False
+        return sized
 
 
 def _value(parameter: Parameter, given: Mapping[str, float], mechanics: Mechanics, effect: str) -> float:
