@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts run-length real-machines
+.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -59,12 +59,16 @@ bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PYTEST) tests/paper -m "slow or not slow"
 	$(PY) -m tests.paper.figures
+	$(PY) -m tests.paper.search_figures
 
 coverage: $(VENV)/.ready-dev  ## do the 95 % intervals hold? 1000 windows per case; ARGS="--windows 100 --workers 2"
 	$(PY) -m tests.identify.studies.coverage $(ARGS)
 
 blind-starts: $(VENV)/.ready-dev  ## identification from nothing: 24 machines x 3 motions x 3 noise levels
 	$(PY) -m tests.identify.studies.blind_starts $(ARGS)
+
+excitations: $(VENV)/.ready-dev  ## which motion tells which parameter: Table 1 of the paper in numbers
+	$(PY) -m tests.identify.studies.excitations $(ARGS)
 
 run-length: $(VENV)/.ready-dev  ## output error over runs of many lengths against the observer
 	$(PY) -m tests.identify.studies.run_length $(ARGS)
