@@ -35,7 +35,7 @@ class ExtendedProblem(FrictionProblem):
         middle: float | None = None,
         scales: Scales | None = None,
         first_state: Floats | None = None,
-        most_substeps: int = 12,
+        most_substeps: int = 6,
     ) -> None:
         """Order the effects as their laws run.
 

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, block_z, compare, fit
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.score import Lead, extend, leads
 from identify.observer import gain_table
-from identify.search import CLASSICAL
+from identify.polish import polish_all
+from identify.search import CLASSICAL, losses_by_gain
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +28,20 @@ Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what i
 SMALLEST = 0.007  # of F_c: force of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
+PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
+ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
+TWINS = {
+    name: family - {name}
+    for family in (
+        frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
+        frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
+        frozenset({"inertia_error", "torque_scale_error", "load_dependent_friction", "quadratic_drag"}),
+        frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
+        frozenset({"presliding_hysteresis", "backlash", "dwell_time_stiction"}),
+        frozenset({"thermal_drift", "step_change"}),
+    )
+    for name in family
+}
 WORTH = 12.0  # expected gain below which a lead is not refitted
 
 
@@ -61,7 +77,7 @@ def select(baseline: Fit, guises: list[Guise], progress: Callable[[str], None] =
         if not accepted:
             selection.rivals.append(steps)
             break
-        best = min(accepted, key=lambda step: step.fit.found.criterion + _cost(step.fit))
+        best = min(accepted, key=lambda step: _price(step.fit))
         selection.steps.append(best)
         selection.rivals.append(steps)
         selection.chosen = best.fit
@@ -75,7 +91,7 @@ def explore(
 ) -> list[Step]:
     """Refit the most promising of `guises` on top of `current`, judged; best information criterion first."""
     steps = [_refit(current, lead, progress) for lead in shortlist(current, guises, most)]
-    return sorted(steps, key=lambda step: step.fit.found.criterion + _cost(step.fit))
+    return sorted(steps, key=lambda step: _price(step.fit))
 
 
 def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Lead]:
@@ -100,7 +116,12 @@ def _refit(current: Fit, lead: Lead, progress: Callable[[str], None]) -> Step:
     problem, x = extend(current, lead.guise, lead.start[None])
     classical = x.copy()
     classical[:, :4] = CLASSICAL
-    richer = fit(problem, np.concatenate([x, classical]) if not lead.guise.stiff else x)
+    points = x if lead.guise.stiff else np.concatenate([x, classical])
+    best, gained = _first_look(current, problem, points)
+    if gained < PROMISING:
+        bic = (problem.p - current.problem.p) * float(np.log(problem.samples.used)) - gained
+        return Step(current, lead.guise, Comparison(bic, 0.0, 1.0), 0.0, f"evidence {-bic:.0f} is below {-BIC:.0f}")
+    richer = fit(problem, best[None])
     evidence = compare(current, richer)
     force = effect_force(richer.problem, richer.x, lead.guise)
     refused = refusal(richer, lead.guise, evidence, force)
@@ -108,6 +129,15 @@ def _refit(current: Fit, lead: Lead, progress: Callable[[str], None]) -> Step:
         evidence = compare(_return(current, richer), richer)
         refused = refusal(richer, lead.guise, evidence, force)
     return Step(richer, lead.guise, evidence, force, refused)
+
+
+def _first_look(current: Fit, problem: ExtendedProblem, points: Floats) -> tuple[Floats, float]:
+    """Short polishes at the present gain and at the likeliest one: where they end, and how much likelier that is."""
+    gains, _ = gain_table(problem.samples.sample_time)
+    first = polish_all(problem, points, current.found.gain, 6, ROUGH)
+    index = losses_by_gain(problem, first.x, gains).argmin(axis=1)
+    ends = polish_all(problem, first.x, gains[:, index], 6, ROUGH)
+    return ends.x[ends.best], current.found.criterion - float(ends.loss[ends.best])
 
 
 def _return(current: Fit, richer: Fit) -> Fit:
@@ -146,32 +176,29 @@ def at_edge(fitted: Fit, guise: Guise) -> bool:
     return bool(((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6)).any())
 
 
-def _cost(fitted: Fit) -> float:
-    """Price of the unknowns, Bayes information criterion. [1]."""
-    return fitted.problem.p * float(np.log(fitted.problem.samples.used))
+def _price(fitted: Fit) -> float:
+    """Bayes information criterion: loss plus the price of the unknowns. [1]."""
+    return float(fitted.found.criterion) + fitted.problem.p * float(np.log(fitted.problem.samples.used))
 
 
 def _reconsider(selection: Selection, guises: list[Guise], progress: Callable[[str], None]) -> None:
-    """Drop each effect and look again: a first name is chosen while the others are still missing."""
-    for step in list(selection.steps):
-        others = [s.guise for s in selection.steps if s is not step]
+    """Put each effect to the test once the others are in: is it still needed, and is it still it and not a twin?
+
+    A first name is chosen while the others are missing, and then shaped by what it stands in for.
+    """
+    for step in list(selection.steps[:-1]):
         rest = without(selection.chosen, step.guise)
-        taken = {guise.name for guise in others}
-        steps = [
-            s
-            for s in explore(rest, [guise for guise in guises if guise.name not in taken], progress, AGAIN)
-            if s.refused is None
-        ]
+        twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name}
+        taken = {s.guise.name for s in selection.steps if s is not step}
+        offered = [guise for guise in guises if guise.name in twins - taken]
+        steps = [s for s in explore(rest, offered, progress, AGAIN) if s.refused is None]
         if not steps:
             selection.steps = [s for s in selection.steps if s is not step]
             selection.chosen = rest
-            continue
-        best = steps[0]
-        if best.fit.found.criterion + _cost(best.fit) < selection.chosen.found.criterion + _cost(selection.chosen):
-            selection.steps[selection.steps.index(step)] = best
-            selection.chosen = best.fit
-            index = next(i for i, s in enumerate(selection.steps) if s is best)
-            selection.rivals[index] = steps
+        elif _price(steps[0].fit) < _price(selection.chosen):
+            index = selection.steps.index(step)
+            selection.steps[index], selection.rivals[index] = steps[0], steps
+            selection.chosen = steps[0].fit
 
 
 def without(fitted: Fit, guise: Guise) -> Fit:
@@ -186,13 +213,13 @@ def without(fitted: Fit, guise: Guise) -> Fit:
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:
     """Rivals that these data cannot tell from the winner."""
-    best = winner.fit.found.criterion + _cost(winner.fit)
+    best = _price(winner.fit)
     terms = winner.fit.terms()
     found = []
     for rival in rivals:
         if rival.guise.name == winner.guise.name or rival.evidence.bic > BIC:
             continue
-        distance = rival.fit.found.criterion + _cost(rival.fit) - best
+        distance = _price(rival.fit) - best
         apart = block_z(terms - rival.fit.terms())
         share = rival.evidence.bic / min(winner.evidence.bic, -1e-9)
         if distance < TIED_BIC or (apart < TIED_Z and share > TIED_SHARE):
