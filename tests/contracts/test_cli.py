@@ -150,3 +150,28 @@ def test_text_where_the_axis_file_needs_a_number(tmp_path):
     line = complaint(tribowatch("check-config", config), 2)
     assert "M" in line
     assert "heavy" in line
+
+
+def test_doctor_without_configuration_looks_at_the_installation():
+    done = tribowatch("doctor", "--json")
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["verdict"] in ("ok", "warning")
+    assert {"installation", "compiled kernels", "clock", "disk"} <= {check["name"] for check in result["checks"]}
+
+
+def test_doctor_says_that_the_daemon_is_not_running_and_what_to_do(tmp_path):
+    done = tribowatch("doctor", "--config", write_configuration(tmp_path), "--json")
+    assert done.returncode == 3, done.stderr
+    checks = {check["name"]: check for check in json.loads(done.stdout)["checks"]}
+    assert checks["axis files"]["outcome"] == "ok"
+    assert checks["link"]["outcome"] == checks["database"]["outcome"] == "out_of_reach"
+    assert "tribowatch run" in checks["link"]["finding"]
+
+
+def test_doctor_names_a_bad_axis_file(tmp_path):
+    config = write_configuration(tmp_path, axis=AXIS.replace("M = 20.0", "M = -1.0"))
+    done = tribowatch("doctor", "--config", config)
+    assert done.returncode == 2
+    assert "axis.toml" in done.stdout
+    assert "-1" in done.stdout
