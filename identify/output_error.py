@@ -32,6 +32,7 @@ ENOUGH = 0.1  # of log-likelihood units: an iteration that gains less is the las
 AGREE = 0.5  # of log-likelihood units: ends closer than this found the same criterion
 SAME = 0.02  # of scaled unknowns
 BLOCKS = (20, 100)  # samples: white errors average out over blocks of either length
+INVISIBLE = 1e-6  # of the travel
 ALARM = 0.01  # share of white errors that fail the test
 
 
@@ -56,15 +57,17 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
         own = int(np.argmin(ends.loss[: len(points)]))
         fresh.append((float(ends.loss[own]), ends.x[own]))
         best, loss = ends.x[ends.best], float(ends.loss[ends.best])
-        if ends.rested[ends.best] and (is_white(problem, best) or _agreed(fresh, best, loss, problem.p)):
+        if ends.rested[ends.best] and (nothing_left(problem, best) or _agreed(fresh, best, loss, problem.p)):
             break
     return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations, free_run=True)
 
 
-def is_white(problem: FrictionProblem, x: Floats) -> bool:
-    """Whether the free-run error of x (size,) averages out over blocks as white errors do."""
+def nothing_left(problem: FrictionProblem, x: Floats) -> bool:
+    """Whether the free-run error of x (size,) averages out over blocks as white errors do, or is too small to see."""
     error = problem.errors(x[None], FREE)[:, 0]
     variance = float(error @ error) / len(error)
+    if variance < (INVISIBLE * problem.scales.travel) ** 2:
+        return True
     for length in BLOCKS:
         count = len(error) // length
         means = error[: count * length].reshape(count, length).mean(axis=1)

@@ -46,7 +46,7 @@ class PaperProblem(FrictionProblem):
     def bounds(self) -> tuple[Floats, Floats]:
         """The box in scaled unknowns; all others are held at zero. (size,) each"""
         low, high = np.zeros(self.size), np.zeros(self.size)
-        low[:FRICTION], high[:FRICTION] = _scaled(self, np.array(self.box))[:, :FRICTION]
+        low[:FRICTION], high[:FRICTION] = to_unknowns(self, np.array(self.box))[:, :FRICTION]
         return low, high
 
 
@@ -92,7 +92,7 @@ def identify_as_in_the_paper(
     low, high = _default_bounds(problem) if bounds is None else bounds
 
     def criterion(candidates: Floats) -> Floats:
-        return free_run_criterion(problem, _scaled(problem, candidates))
+        return free_run_criterion(problem, to_unknowns(problem, candidates))
 
     ga, _ = genetic_search(criterion, (low, high), settings, np.random.default_rng(seed))
     rows = problem.named(np.zeros(problem.size))[:FRICTION]
@@ -130,10 +130,10 @@ def _default_bounds(problem: FrictionProblem) -> tuple[Floats, Floats]:
     return np.array([0.0, 0.0, 0.01 * speed, 0.0]), np.array([force, 1.5 * force, speed, force / speed])
 
 
-def _scaled(problem: FrictionProblem, candidates: Floats) -> Floats:
-    """Physical F_c, F_s, v_s, F_v (m, 4) as the problem's first p unknowns; no constant force, the mass as given."""
+def to_unknowns(problem: FrictionProblem, candidates: Floats) -> Floats:
+    """Physical F_c, F_s, v_s, F_v (m, 4) as unknowns (m, size); no constant force, mass and start as given."""
     force, speed = problem.scales.force, problem.scales.speed
-    x = np.zeros((len(candidates), problem.p))
+    x = np.zeros((len(candidates), problem.size))
     x[:, 0], x[:, 1] = candidates[:, 0] / force, candidates[:, 1] / force
     x[:, 2] = np.log(candidates[:, 2] / speed)
     x[:, 3] = candidates[:, 3] * speed / force

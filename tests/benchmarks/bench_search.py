@@ -21,12 +21,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import differential_evolution
-from search_study import SUCCESS, Case, criterion, draw, scaled
+from search_study import SUCCESS, Case, criterion, draw
 
 from identify.criterion import FREE
 from identify.genetic import GeneticSettings
 from identify.identification import identify_friction
 from identify.output_error import output_error_search
+from identify.paper_method import to_unknowns
 from identify.polish import polish_all
 from identify.search import genetic_search
 
@@ -55,7 +56,7 @@ class Objective:
     def __call__(self, unit: np.ndarray) -> np.ndarray:
         """Criteria of candidates (m, 4) in 0..1. (m,)"""
         friction = self.case.low + np.clip(unit, 0.0, 1.0) * (self.case.high - self.case.low)
-        values = criterion(self.problem, scaled(self.problem, friction))
+        values = criterion(self.problem, to_unknowns(self.problem, friction))
         self.best = min(self.best, float(values.min()))
         self.evaluations += len(unit)
         if self.done and self.raises:
@@ -189,7 +190,7 @@ def ours(case: Case, seed: int) -> tuple[float, int, float]:
 def from_the_truth(case: Case) -> float:
     """Criterion of the optimum nearest to the truth, which nobody but this bench knows."""
     problem = case.problem()
-    ends = polish_all(problem, scaled(problem, case.truth[None]), FREE, 60, 1e-4)
+    ends = polish_all(problem, to_unknowns(problem, case.truth[None]), FREE, 60, 1e-4)
     return float(criterion(problem, ends.x)[0])
 
 

@@ -59,22 +59,6 @@ def draw(seed: int) -> Case:
     return Case(recording, axis, nominal * (1 - BOX), nominal * (1 + BOX), truth)
 
 
-def scaled(problem: PaperProblem, friction: np.ndarray) -> np.ndarray:
-    """Physical F_c, F_s, v_s, F_v (m, 4) as unknowns of the problem (m, size)."""
-    x = np.zeros((len(friction), problem.size))
-    force, speed = problem.scales.force, problem.scales.speed
-    x[:, :4] = np.stack(
-        [
-            friction[:, 0] / force,
-            friction[:, 1] / force,
-            np.log(friction[:, 2] / speed),
-            friction[:, 3] * speed / force,
-        ],
-        axis=1,
-    )
-    return x
-
-
 def criterion(problem: PaperProblem, x: np.ndarray) -> np.ndarray:
     """Eq. (4) of unknowns x (m, size). (m,)"""
     error = problem.errors(x, FREE)

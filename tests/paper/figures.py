@@ -237,7 +237,8 @@ def main() -> None:
     escaped = text.replace("&", "&amp;").replace("<", "&lt;")
     (out / "index.html").write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8"><title>The paper\'s simulations</title>'
-        f"<body>{''.join(parts)}<pre>{escaped}</pre></body></html>",
+        f'<body><p><a href="searches.html">The identifications</a></p>{"".join(parts)}'
+        f"<pre>{escaped}</pre></body></html>",
         encoding="utf-8",
     )
     if arguments.docs:

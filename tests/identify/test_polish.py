@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from identify.criterion import FREE
+from identify.observer import gain_table
+from identify.polish import linearise, polish, polish_all
+from identify.preprocess import prepare
+from identify.problem import FrictionProblem
+from identify.search import CLASSICAL
+from tests.identify.studies.machines import Setting, draw_case
+
+
+def problem(seed=0, **setting):
+    case = draw_case(seed, Setting("sine", samples=1500, **setting))
+    return FrictionProblem(prepare(case.recording, case.axis), case.axis)
+
+
+def strong(one):
+    gains, settings = gain_table(one.samples.sample_time)
+    return gains[:, np.flatnonzero(settings[0] == 0.15)[3]]
+
+
+def classical(one):
+    x = np.zeros(one.size)
+    x[:4] = CLASSICAL
+    return x
+
+
+def test_the_loss_of_a_linearised_point_is_the_problems_loss():
+    one = problem()
+    x = np.stack([classical(one), classical(one) + 0.05])
+    gains = np.repeat(strong(one)[:, None], 2, axis=1)
+    assert linearise(one, x, gains).loss == pytest.approx(one.losses(x, strong(one)), rel=1e-12)
+
+
+def test_normal_equations_are_those_of_the_jacobian():
+    one = problem()
+    x = classical(one)
+    model = linearise(one, x[None], strong(one)[:, None])
+    error, slope = one.jacobian(x, strong(one))
+    variance = error @ error / one.samples.used
+    centre, spread = one.prior
+    normal = slope.T @ slope / variance + np.diag(spread**-2.0)
+    downhill = -slope.T @ error / variance - (x - centre) / spread**2
+    assert model.normal[0] == pytest.approx(normal, rel=1e-9, abs=1e-9 * np.abs(normal).max())
+    assert model.downhill[0] == pytest.approx(downhill, rel=1e-9, abs=1e-9 * np.abs(downhill).max())
+
+
+def test_two_runs_have_starts_of_their_own():
+    case = draw_case(0, Setting("sine", samples=1500))
+    keep = np.r_[0:700, 760:1500]
+    recording = case.recording
+    recording = type(recording)(
+        recording.t[keep], recording.force[keep], recording.position[keep], sample_time=recording.period
+    )
+    one = FrictionProblem(prepare(recording, case.axis), case.axis)
+    assert one.samples.runs == 2
+    model = linearise(one, classical(one)[None], strong(one)[:, None]).normal[0]
+    first, second = slice(one.p, one.p + 2), slice(one.p + 2, one.p + 4)
+    assert (model[first, second] == 0).all()
+    assert (np.diag(model)[one.p :] > 0).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_it_never_ends_higher_than_it_began_and_stays_within_bounds(seed):
+    one = problem(seed)
+    rng = np.random.default_rng(seed)
+    low, high = one.bounds
+    x = np.clip(classical(one) + rng.normal(size=(6, one.size)), low, high)
+    for gain in (strong(one), FREE):
+        ends = polish_all(one, x, gain, 10)
+        assert (ends.loss <= one.losses(x, gain)).all()
+        assert ((ends.x >= low) & (ends.x <= high)).all()
+
+
+def test_points_side_by_side_end_where_each_would_alone():
+    one = problem()
+    x = np.stack([classical(one), classical(one) + 0.1, classical(one) - 0.1])
+    together = polish_all(one, x, strong(one))
+    for k in range(3):
+        alone = polish(one, x[k], strong(one))
+        assert together.loss[k] == pytest.approx(alone.loss, abs=1e-6)
+
+
+def test_it_comes_to_rest_at_the_truth_of_clean_data():
+    case = draw_case(1, Setting("sine", samples=1500, noise=1e-4, dirt=0.0))
+    one = FrictionProblem(prepare(case.recording, case.axis), case.axis)
+    ends = polish_all(one, classical(one)[None], strong(one))
+    assert ends.rested.all()
+    values = [value for _, _, value, _, _ in one.named(ends.x[0])[:2]]
+    assert values == pytest.approx([case.truth["coulomb_force"], case.truth["static_force"]], rel=0.1)
+
+
+def test_a_pinned_unknown_stays():
+    one = problem()
+    x = np.stack([classical(one), classical(one)])
+    x[:, 2] = -2.0, -1.0
+    ends = polish_all(one, x, strong(one), 5, pinned=2)
+    assert ends.x[:, 2].tolist() == [-2.0, -1.0]
+    assert (ends.x[:, 0] != x[:, 0]).all()
+
+
+def test_a_race_ends_with_the_best_point_at_rest():
+    one = problem()
+    x = np.stack([classical(one), classical(one) + 0.3])
+    race = polish_all(one, x, strong(one), 30, race=True)
+    assert race.rested[race.best]
+    assert race.evaluations <= polish_all(one, x, strong(one), 30).evaluations
