@@ -173,7 +173,7 @@ def _look_along_the_valley(
 ) -> tuple[FrictionProblem, SearchResult, Uncertainty, list[Alternative]]:
     """What fits about as well with another v_s; where one fits better, it is the answer."""
     others = alternatives(problem, found.x, found.gain, spread)
-    if others and others[0].loss < found.criterion - BETTER:
+    if others and others[0].worse < -BETTER:
         problem, found = finish(problem, dataclasses.replace(found, x=others[0].x))
         spread = uncertainty(problem, found.x, found.gain)
         others = alternatives(problem, found.x, found.gain, spread)

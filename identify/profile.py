@@ -31,10 +31,10 @@ SPEEDS = np.linspace(0.1, 1.0, 10)  # of the fastest, where a refit begins with 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
-    """Unknowns (size,) that fit about as well, their loss, and their intervals with v_s held."""
+    """Unknowns (size,) that fit about as well, their loss above the optimum's, and their intervals with v_s held."""
 
     x: Floats
-    loss: float
+    worse: float
     spread: Uncertainty
 
 
@@ -48,7 +48,7 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
     """Answers with other v_s that the recording does not reject, likeliest first.
 
     Args:
-        problem: searched in steps as fine as wanted.
+        problem: searched; the refits march in the search's own coarse steps, weak windows need no micrometres.
         x: its optimum. (size,)
         gain: of the observer there. (4,)
         spread: intervals at x; their inflation over white errors widens what counts as not rejected.
