@@ -108,7 +108,7 @@ def spots(left: Residual, travel: float) -> tuple[float, ...]:
     for _, place in sorted(found, reverse=True):
         if all(abs(place - other) > 0.02 * travel for other in chosen):
             chosen.append(place)
-    return tuple(chosen[:PLACES])
+    return tuple(float(np.clip(place, y.min(), y.max())) for place in chosen[:PLACES])
 
 
 def periods(left: Residual, travel: float) -> tuple[float, ...]:

@@ -1,0 +1,184 @@
+"""The diagnosis: the same law in simulator and fitter, names that are right, silence where nothing is hidden."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identify.mismatch.data import gather
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.guise import guises
+from identify.mismatch.inverse import effect_force, unexplained
+from identify.mismatch.locate import coordinates
+from identify.mismatch.residual import setting_of
+from identify.mismatch.result import Verdict
+from identify.observer import gain_table
+from identify.preprocess import prepare
+from identify.problem import FrictionProblem
+from plant.axis_file import read_axis
+from plant.effects import CATALOGUE, find
+from plant.recording_files import read_recording_entry
+from tests.reference.cases import CaseSpec, draw_case, write_case
+
+
+def recorded(folder, **spec):
+    """Axis and recordings of a case of the independent simulator, as a user would have them."""
+    case = draw_case(CaseSpec(**spec))
+    axis = read_axis(write_case(case, folder))
+    return case, axis, [read_recording_entry(entry, axis) for entry in axis.recordings]
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    """A machine with nothing hidden: axis, samples, baseline problem and a plausible point."""
+    _, axis, recordings = recorded(tmp_path_factory.mktemp("quiet"), seed=5001, excitation="multisine", duration=12.0)
+    samples = prepare(recordings[0], axis)
+    problem = ExtendedProblem(samples, axis)
+    x = np.zeros(problem.size)
+    x[:4] = 0.4, 0.5, -1.5, 0.4
+    return axis, samples, problem, x
+
+
+def ways(problem, x):
+    return guises({name: find(name) for name in CATALOGUE}, setting_of(problem, x))
+
+
+def test_without_effects_the_machine_predicts_what_the_baseline_kernel_predicts(quiet):
+    axis, samples, problem, x = quiet
+    plain = FrictionProblem(samples, axis)
+    problem.substeps = plain.substeps
+    gains, _ = gain_table(samples.sample_time)
+    for gain in gains.T[[0, 5, -1]]:
+        assert problem.errors(x[None], gain) == pytest.approx(plain.errors(x[None], gain), abs=2e-6)
+
+
+def test_every_effect_of_the_catalogue_has_a_guise_that_changes_the_predictions(quiet):
+    _, samples, problem, x = quiet
+    gains, _ = gain_table(samples.sample_time)
+    without = problem.errors(x[None], gains[:, 3])[:, 0].copy()
+    offered = ways(problem, x)
+    assert {guise.name for guise in offered} >= set(CATALOGUE) - {"force_offset", "dwell_time_stiction"}
+    for guise in offered:
+        more = problem.including((guise,))
+        candidates = np.zeros((len(guise.starts), more.size))
+        candidates[:, : problem.base] = x[: problem.base]
+        candidates[:, more.slot(guise)] = guise.scaled_starts()
+        change = np.abs(more.errors(candidates, gains[:, 3]) - without[:, None]).max()
+        assert 1e-9 < change < 1.0, guise.name
+
+
+def test_scaled_starts_are_inside_the_bounds_and_decode_to_themselves(quiet):
+    _, _, problem, x = quiet
+    for guise in ways(problem, x):
+        low, high = guise.bounds()
+        scaled = guise.scaled_starts()
+        assert (scaled >= low - 1e-9).all(), guise.name
+        assert (scaled <= high + 1e-9).all(), guise.name
+        if guise.wave is None:
+            names = [p.name for p in guise.effect.parameters]
+            rows = [names.index(unknown.parameter) for unknown in guise.unknowns]
+            assert guise.values(scaled)[rows] == pytest.approx(guise.starts.T)
+
+
+def test_the_inverse_model_finds_a_force_that_was_put_in(quiet):
+    _, samples, problem, x = quiet
+    pushed = dataclasses.replace(samples, force=samples.force + 3.0)
+    lacking = unexplained(problem, x, pushed).lacking - unexplained(problem, x, samples).lacking
+    moving = np.abs(lacking) > 1.0
+    assert np.median(lacking[moving]) == pytest.approx(3.0, abs=0.3)
+
+
+def test_the_force_of_an_effect_is_in_newtons(quiet):
+    _, _, problem, x = quiet
+    guise = next(guise for guise in ways(problem, x) if guise.name == "quadratic_drag")
+    more = problem.including((guise,))
+    y = np.concatenate([x[: problem.p], [0.1], x[problem.p :]])
+    drag = guise.values(np.array([[0.1]]))[0, 0]
+    speed = np.gradient(problem.samples.position, problem.samples.t)
+    assert effect_force(more, y, guise) == pytest.approx(np.sqrt(np.mean((drag * speed**2) ** 2)), rel=0.3)
+
+
+def test_coordinates_say_when_and_where_the_direction_last_changed():
+    t = np.arange(600) * 0.01
+    position = 0.1 * np.sin(2 * np.pi * 0.5 * t)
+    from identify.preprocess import Samples
+
+    samples = Samples(
+        t=t,
+        force=np.ones(600),
+        position=position,
+        steps=np.full(600, 0.01),
+        run=np.zeros(600, dtype=np.int64),
+        valid=np.ones(600, dtype=bool),
+        sample_time=0.01,
+        linear=False,
+    )
+    from plant.axis import Axis, Mechanics
+
+    found = coordinates(samples, Axis("a", Mechanics(M=10.0)))
+    k = 225  # 2.25 s, 0.75 s after the turn at 1.5 s
+    assert found["time_since_reversal"][k] == pytest.approx(0.75, abs=0.03)
+    assert found["distance_since_reversal"][k] == pytest.approx(abs(position[k] + 0.1), abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("effect", "excitation", "seed"),
+    [("rail_defect", "loop_scurve", 5100), ("viscous_asymmetry", "sine", 5101), ("actuator_lag", "loop_cycle", 5102)],
+)
+def test_a_hidden_effect_is_named_and_sized_on_recordings_of_another_simulator(tmp_path, effect, excitation, seed):
+    case, axis, recordings = recorded(tmp_path, seed=seed, effects=(effect,), excitation=excitation, size=0.7)
+    found = diagnose(recordings, axis)
+    assert found.verdict is Verdict.EXPLAINED
+    assert effect in {name for names in found.alternatives for name in names}
+    named = {one.name: one for one in found.effects}
+    if effect in named:
+        truth = case.labels["effects"][effect]
+        for name, quantity in named[effect].parameters.items():
+            if name in truth:
+                assert quantity.value == pytest.approx(truth[name], rel=0.15, abs=0.002), name
+    assert found.fit["extended"].held_out < 0.7 * found.fit["baseline"].held_out
+
+
+@pytest.mark.parametrize(("excitation", "seed"), [("multisine", 5201), ("loop_trapezoid", 5202), ("sine", 5203)])
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path, excitation, seed):
+    _, axis, recordings = recorded(tmp_path, seed=seed, excitation=excitation)
+    found = diagnose(recordings, axis)
+    assert found.effects == ()
+    assert found.verdict is Verdict.NO_MISMATCH
+    assert found.detectable["rail_defect"].value < 20.0
+
+
+def test_a_machine_that_hardly_moves_is_insufficient_data(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5301, excitation="still", duration=12.0)
+    found = diagnose(recordings, axis)
+    assert found.verdict is Verdict.INSUFFICIENT_DATA
+    assert found.reason
+
+
+def test_samples_that_cannot_be_used_are_insufficient_data_too(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5001, excitation="multisine", duration=12.0)
+    broken = dataclasses.replace(
+        recordings[0], position=np.where(recordings[0].t > 5.0, np.nan, recordings[0].position)
+    )
+    found = diagnose([broken], axis)
+    assert found.verdict is Verdict.INSUFFICIENT_DATA
+    assert "not finite" in found.reason
+
+
+def test_one_recording_is_split_in_time_and_two_by_recording(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5001, excitation="multisine", duration=12.0)
+    assert gather(recordings[:1], axis).kind == "time"
+    both = gather(recordings, axis)
+    assert both.kind == "recording"
+    assert len(both.held_out) == pytest.approx(len(recordings[1]), abs=5)
+
+
+def test_the_json_has_every_entry_of_the_contract(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5001, excitation="multisine", duration=12.0)
+    entries = diagnose(recordings, axis).to_dict()
+    contract = {
+        "verdict", "effects", "alternatives", "location", "fit", "force_error", "held_out_kind", "run_length",
+        "remaining_force", "detectable", "changes", "next_experiment", "explanation", "schema_version",
+    }  # fmt: skip
+    assert contract <= set(entries)
