@@ -9,7 +9,7 @@ import typer
 from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
 
 if TYPE_CHECKING:
-    from monitor.queries import AxisSummary
+    from monitor.query_rows import AxisSummary
 
 axes_app = typer.Typer(
     name="axes",
