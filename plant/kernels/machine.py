@@ -320,6 +320,10 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     """
     two, bristles, many = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0, laws.shape[0] > 0
     block = rows(b)
+    staged, ages = False, False
+    for i in range(laws.shape[0]):
+        staged |= laws[i, 0] == TO_STAGE
+        ages |= laws[i, 0] == AFTER
     step = h / substeps
     inverse = 1.0 / step
     for i in range(substeps):
@@ -332,7 +336,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
             _carry(block, two)
             _dispatch(block, laws, TO_STEP, middle, step)
         for _stage in range(2):
-            if many:
+            if staged:
                 _estimate(block)
                 _dispatch(block, laws, TO_STAGE, middle, step)
             if not (two or bristles):
@@ -346,7 +350,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
                 else:
                     _solve_one(block, inverse)
         _move(block, step, two, bristles)
-        if many:
+        if ages:
             _dispatch(block, laws, AFTER, middle, step)
 
 
