@@ -34,6 +34,7 @@ class AxisRun:
         outcome: what was settled since the last commit.
         heard: monotonic time of the latest message. [s] None = not since the start
         dirty: a counter changed since the last commit.
+        untidy: the journal may hold samples that nobody needs any more.
     """
 
     record: AxisRecord
@@ -48,6 +49,7 @@ class AxisRun:
     outcome: Outcome = field(default_factory=Outcome)
     heard: float | None = None
     dirty: bool = False
+    untidy: bool = True
 
     @property
     def committed(self) -> dict[str, int] | None:

@@ -193,6 +193,7 @@ class Pipeline:
             by_id[record.id].waiting.append((row, window))
             by_id[record.id].order.append(row)
         for (_, out), run in zip(batch, dirty, strict=True):
+            run.untidy |= bool(out.gaps)  # the end of a segment may leave samples that no window will take
             if out.accepted:
                 self._tell_status(run)
 
@@ -237,6 +238,7 @@ class Pipeline:
         name = run.record.name
         touched, changes = self.alarms.observe(run, findings, estimate.window.end_ns)
         ids = self._store.save(run.record, row, estimate, watched, touched, changes)
+        run.untidy = True
         self._publish("parameters", name, estimate_payload(self._config.site, name, estimate, watched))
         if estimate.verdict == "identified":
             self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
@@ -259,7 +261,8 @@ class Pipeline:
             return
         self._last_prune = now
         for run in self.runs.values():
-            if run.assembler is not None and run.record.stream.epoch >= 0:
+            if run.untidy:
+                run.untidy = False
                 keep = self._config.history.keep_raw_windows
                 self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
 

@@ -11,26 +11,48 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, delete, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, insert, select, update
 
 from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
 from monitor.estimate import Estimate
-from monitor.models import AlarmRow, AxisRow, BlockRow, EstimateRow, GapRow, ParameterRow, TransitionRow, WindowRow
+from monitor.models import (
+    AlarmRow,
+    AxisRow,
+    Base,
+    BlockRow,
+    EstimateRow,
+    GapRow,
+    ParameterRow,
+    TransitionRow,
+    WindowRow,
+)
 from monitor.schema import migrate
 from monitor.store_records import AlarmRecord, AxisRecord, Change
 from monitor.store_rows import (
+    AXIS_COLUMNS,
     alarm_of,
     as_parameters,
     axis_record,
+    axis_row,
     block_row,
     estimate_row,
+    gap_row,
     join,
     samples_of,
     window_of,
 )
 from monitor.windows import Outcome, Samples, StreamState, Window, WindowId
 from plant.axis import Axis
+
+# Core statements on tables, made once: the intake runs them several times a second for every axis
+_INSERT_BLOCK = insert(Base.metadata.tables["block"])
+_AXIS = Base.metadata.tables["axis"]
+_UPDATE_AXIS = (
+    update(_AXIS)
+    .where(_AXIS.c.id == bindparam("row"))
+    .values({name: bindparam(f"new_{name}") for name in AXIS_COLUMNS})
+)
 
 
 class Store:
@@ -90,33 +112,21 @@ class Store:
 
     def commit(self, batch: Sequence[tuple[AxisRecord, Outcome]]) -> list[tuple[AxisRecord, int, Window]]:
         """Write what the assemblers settled, with their state; return the new windows with their row ids."""
+        blocks = [block_row(axis.id, part) for axis, out in batch for part in out.accepted]
+        gaps = [gap_row(axis.id, gap) for axis, out in batch for gap in out.gaps]
         windows = []
         with self._write() as db:
-            for axis, out in batch:
-                if out.accepted:
-                    db.execute(insert(BlockRow), [block_row(axis.id, part) for part in out.accepted])
-                if out.gaps:
-                    rows = [{"axis_id": axis.id, "missing": gap.missing, **dataclasses.asdict(gap)} for gap in out.gaps]
-                    db.execute(insert(GapRow), rows)
-                for window in out.windows:
-                    times = {"start_ns": window.start_ns, "end_ns": window.end_ns}
-                    row = insert(WindowRow).values(axis_id=axis.id, **dataclasses.asdict(window.id), **times)
-                    windows.append((axis, int(db.execute(row.returning(WindowRow.id)).scalar_one()), window))
-                self._save_axis(db, axis)
+            if blocks:
+                db.execute(_INSERT_BLOCK, blocks)
+            if gaps:
+                db.execute(insert(GapRow), gaps)
+            for axis, window in [(axis, window) for axis, out in batch for window in out.windows]:
+                times = {"start_ns": window.start_ns, "end_ns": window.end_ns}
+                row = insert(WindowRow).values(axis_id=axis.id, **dataclasses.asdict(window.id), **times)
+                windows.append((axis, int(db.execute(row.returning(WindowRow.id)).scalar_one()), window))
+            if batch:
+                db.execute(_UPDATE_AXIS, [axis_row(axis) for axis, _ in batch])
         return windows
-
-    def _save_axis(self, db: Connection, axis: AxisRecord) -> None:
-        db.execute(
-            update(AxisRow)
-            .where(AxisRow.id == axis.id)
-            .values(
-                samples=axis.samples,
-                missing=axis.missing,
-                last_ns=axis.last_ns,
-                rejected=dict(axis.rejected),
-                stream=dataclasses.asdict(axis.stream),
-            )
-        )
 
     def pending(self) -> list[tuple[int, int, Window]]:
         """(row id, axis id, window) of every complete window without an answer, oldest first."""

@@ -10,8 +10,9 @@ import numpy as np
 from monitor.alarms import Alarm, State
 from monitor.estimate import Estimate, Parameter
 from monitor.store_records import AxisRecord
-from monitor.windows import Samples, StreamState, Window, WindowId
+from monitor.windows import Gap, Samples, StreamState, Window, WindowId
 
+AXIS_COLUMNS = ("samples", "missing", "last_ns", "rejected", "stream")  # what the intake moves on
 CHANNELS = ("drive", "position", "velocity", "temperature", "load")
 
 
@@ -32,6 +33,19 @@ def axis_record(row: Any) -> AxisRecord:
         dict(row["rejected"]),
         row["drift"],
     )
+
+
+def axis_row(axis: AxisRecord) -> dict[str, Any]:
+    """An axis' columns that the intake moves on, as parameters of its update."""
+    new = {f"new_{name}": getattr(axis, name) for name in AXIS_COLUMNS if name != "stream"}
+    state = axis.stream
+    stream = {name: getattr(state, name) for name in ("epoch", "next_seq", "last_ns", "segment_seq", "starts")}
+    return {"row": axis.id, **new, "new_stream": stream}
+
+
+def gap_row(axis_id: int, gap: Gap) -> dict[str, Any]:
+    """A gap as its row."""
+    return {"axis_id": axis_id, "missing": gap.missing, **dataclasses.asdict(gap)}
 
 
 def window_of(row: Any) -> Window:
