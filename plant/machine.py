@@ -260,8 +260,12 @@ def drive_forces(t: Floats, start: Floats, end: Floats, delays: Floats) -> Float
 def delayed_columns(t: Floats, start: Floats, end: Floats, delays: Floats) -> tuple[Floats, Floats]:
     """Drive force for each delay as one line per sample: start and end. [N] (n - 1, len(delays)) each."""
     first, last = np.empty((len(delays), len(start))), np.empty((len(delays), len(start)))
+    early, late = np.ascontiguousarray(start), np.ascontiguousarray(end)
     for j, delay in enumerate(delays):
-        delay_all(t, np.ascontiguousarray(start), np.ascontiguousarray(end), delay, first[j], last[j])
+        if j and delay == delays[j - 1]:
+            first[j], last[j] = first[j - 1], last[j - 1]
+        else:
+            delay_all(t, early, late, delay, first[j], last[j])
     return np.ascontiguousarray(first.T), np.ascontiguousarray(last.T)
 
 
