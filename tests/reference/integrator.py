@@ -15,6 +15,7 @@ from .physics import (
     MEMORY,
     STATES,
     V,
+    belt_force,
     dry_level,
     hold_margins,
     pull_on_load,
@@ -22,6 +23,7 @@ from .physics import (
     rest_state,
 )
 
+IMPACT = 64  # parts of a step in which a hard contact is made or lost
 UNSTABLE = 1.0  # largest (rate of the bristles) x (step) of one Runge-Kutta step; stability ends at 2.78
 
 
@@ -133,6 +135,31 @@ def bristle_steps(p, t, h, x, w, k, tmp, out):
 
 
 @njit(**FAST)
+def any_step(p, t, h, x, s, w, k, tmp, out):
+    """Advance x by h in place, with or without bristles; returns the mode at the end."""
+    if p.bristle > 0.0:
+        bristle_steps(p, t, h, x, w, k, tmp, out)
+        return s
+    return hybrid_step(p, t, h, x, s, w, k, tmp, out)
+
+
+@njit(**FAST)
+def contact_step(p, t, h, x, s, w, k, tmp, out, saved):
+    """Advance x by h in place; a step in which a gap opens or closes is done again in `IMPACT` parts."""
+    if p.gap <= 0.0:
+        return any_step(p, t, h, x, s, w, k, tmp, out)
+    saved[:] = x
+    side = np.sign(belt_force(p, x))
+    end = any_step(p, t, h, x, s, w, k, tmp, out)
+    if np.sign(belt_force(p, x)) == side:
+        return end
+    x[:] = saved
+    for i in range(IMPACT):
+        s = any_step(p, t + i * h / IMPACT, h / IMPACT, x, s, w, k, tmp, out)
+    return s
+
+
+@njit(**FAST)
 def aim(w, t, stamps, command, outer, j, now, linear):
     """Set the inputs valid from t: command sample j (delayed), outer series at stamp `now`; linear or held."""
     w[0] = t
@@ -176,7 +203,7 @@ def _compiled(source):
         """
         p = record[0] if source else record[-1]  # `source` makes an edited equation a new key of numba's cache
         n = len(stamps)
-        k, tmp, out = np.zeros((4, STATES)), np.zeros(STATES), np.zeros(STATES)
+        k, tmp, out, saved = np.zeros((4, STATES)), np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
         w, memory = np.zeros(INPUTS), np.zeros(8)
         w[0], w[1] = stamps[0], command[0]
         w[3], w[5], w[7] = outer[0, 0], outer[1, 0], outer[2, 0]
@@ -214,10 +241,7 @@ def _compiled(source):
                 parts = max(1, math.ceil((stop - t) / step - 1e-9))
                 h = (stop - t) / parts
                 for i in range(parts):
-                    if p.bristle > 0.0:
-                        bristle_steps(p, t + i * h, h, x, w, k, tmp, out)
-                    else:
-                        s = hybrid_step(p, t + i * h, h, x, s, w, k, tmp, out)
+                    s = contact_step(p, t + i * h, h, x, s, w, k, tmp, out, saved)
                 t = stop
         return x
 
