@@ -98,11 +98,10 @@ def delay_all(t: Floats, start: Floats, end: Floats, delay: float, new_start: Fl
 @njit(cache=True, nogil=True)
 def delay_pieces(t: Floats, start: Floats, end: Floats, delays: Floats, drive: Floats) -> None:
     """Fill `drive` (n - 1, 5, lanes) for each lane's delay (lanes,), see `delayed_pieces`."""
-    for j in range(delays.shape[0]):
-        if j > 0 and delays[j] == delays[j - 1]:  # candidates mostly differ in other things
-            drive[:, :, j] = drive[:, :, j - 1]
-            continue
-        for k in range(t.shape[0] - 1):
-            pieces = delayed_pieces(t, start, end, k, delays[j])
+    for k in range(t.shape[0] - 1):
+        pieces = delayed_pieces(t, start, end, k, delays[0])
+        for j in range(delays.shape[0]):
+            if j > 0 and delays[j] != delays[j - 1]:  # candidates mostly differ in other things
+                pieces = delayed_pieces(t, start, end, k, delays[j])
             for row in range(5):
                 drive[k, row, j] = pieces[row]
