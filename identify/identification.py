@@ -31,6 +31,7 @@ METHODS = ("ga+polish", "paper")
 CRITERIA = ("observer", "output_error")
 FINISHES = 3  # polishes in fine steps: the likeliest gain may change once the steps err less
 TRAIN = 0.6  # of the samples; the rest is held out
+FRICTION = 4  # unknowns of the friction law, which come first
 FORCE_KNOWN = 0.5  # half-width over the friction level, below which a force counts as identified
 LOG_KNOWN = 0.7  # half-width of a logarithm: a factor of two either way
 
@@ -204,7 +205,8 @@ def describe(
         else:
             reference = {"viscous_coefficient": max(x[index], 0.5 * level), "constant_force": friction}.get(name, level)
             known = half[index] < FORCE_KNOWN * reference
-            interval = (float(low[index] * scale), float(high[index] * scale))
+            least = problem.bounds[0][index] if index < FRICTION else -np.inf  # friction pushes nothing forward
+            interval = (float(max(low[index], least) * scale), float(high[index] * scale))
         identifiable = bool(known and not at_bound)
         parameters[name] = Parameter(name, value, unit, interval if identifiable else None, identifiable, at_bound)
     return parameters
