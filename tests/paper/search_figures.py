@@ -177,12 +177,13 @@ distance from the noise-free position, in the median."""
 TEXT_4_4 = """*What this says.*
 
 - The paper's errors (3, 15, 20, 4 %) are those of its search, not of its data: without noise the same data give the
-  parameters to a fraction of a percent. Its own algorithm, re-run, ends between a few and tens of percent off, and
-  below 1 mm of output error in the literal reading, as §4.4 reports.
+  parameters exactly. (Model and simulation march in the same steps here, so these rows judge the search alone.) Its own
+  algorithm, re-run, ends between a few and tens of percent off, in the literal reading below 1 mm of output error, as
+  §4.4 reports.
 - With 1 mm of noise (§4.6) the criterion rises to the noise and the literal reading's v_s is poorly told by 15 s of
   this sine, by whatever search (the standard errors on the page before say so); the intervals of our default say it.
-- 8 against 10 bits (§5): the re-run agrees with the paper, more bits do not help its algorithm. What limits it is the
-  valley between the parameters, not the grid. A polish needs no grid.
+- 8 against 10 bits (§5): as the paper remarks, more bits hardly help its algorithm. What limits it is the valley
+  between the parameters, not the grid. A polish needs no grid.
 """
 
 TABLE_HEAD = (
@@ -200,7 +201,7 @@ friction at the usual speed is known.
   before anybody trusts them: no parameter carries an interval. On sines the paper's algorithm rarely gets all four
   within 10 %, ours always does.
 - Bump reading: on squares the mass breaks loose or does not, and eq. (4) over one free run is a cliff. Neither search
-  is reliable there; ours is often the lower one, not always. The default, which predicts one step, is not affected.
+  is reliable there; ours is often the lower one, not always. The default predicts one step and meets no cliff.
 - Random torque: we do not find the paper's 2.3; see the page before.
 - I of the paper and of the re-run differ where the paper's machine does, which it does not print.
 """
