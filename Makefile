@@ -54,7 +54,7 @@ bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
 bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
-	OMP_NUM_THREADS=1 $(PY) tests/benchmarks/bench_search.py $(ARGS)
+	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PYTEST) tests/paper -m "slow or not slow"
