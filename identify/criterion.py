@@ -75,11 +75,17 @@ def restarted(samples: Samples, run_length: float = RUN_LENGTH) -> tuple[Samples
 
 def short_run_criterion(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> float:
     """Eq. (4) of unknowns x over restarted free runs: squared errors over squares of the centred position. [1]"""
+    position = problem.samples.position
+    return float(short_run_squares(problem, x, run_length).sum()) / float(np.sum((position - position.mean()) ** 2))
+
+
+def short_run_squares(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> Floats:
+    """Sum of squared errors of each restarted free run of unknowns x. [m²] (runs,)"""
     samples, states = restarted(problem.samples, run_length)
     cut = problem.on(samples, states)
     y = np.concatenate([x[: problem.p], np.zeros(2 * samples.runs)])
     error = cut.errors(y[None], FREE)[:, 0]
-    return float(error @ error) / float(np.sum((samples.position - samples.position.mean()) ** 2))
+    return np.asarray(np.add.reduceat(error**2, samples.first), dtype=np.float64)
 
 
 def one_run_criterion(problem: FrictionProblem, x: Floats) -> float:

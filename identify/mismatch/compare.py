@@ -10,14 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import short_run_criterion
+from identify.criterion import short_run_criterion, short_run_squares
 from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
+from identify.preprocess import Samples
 from identify.search import SearchResult, homotopy
 
 Floats = NDArray[np.float64]
 
 SEED = 0  # of the polish's kicks
+WORST = 0.2  # share of the free runs that count no more than the least of them
 BLOCKS = 20  # pieces of the recording whose evidence must agree
 
 
@@ -88,8 +90,22 @@ def compare(poorer: Fit, richer: Fit) -> Comparison:
     gained = richer.terms() - poorer.terms()
     extra = richer.problem.p - poorer.problem.p
     bic = -2.0 * float(gained.sum()) + extra * float(np.log(richer.problem.samples.used))
-    free: float = richer.short_run() / max(poorer.short_run(), 1e-300)
-    return Comparison(bic, block_z(gained), free)
+    return Comparison(bic, block_z(gained), free_run_ratio(poorer, richer))
+
+
+def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> float:
+    """Squared errors of one-second free runs, richer over poorer; on `samples`, or on those of the fit. [1].
+
+    A few runs that begin in a rest and break away too early or too late would decide a plain sum; each run counts at
+    most as much as one of the worst fifth.
+    """
+    errors = [
+        short_run_squares(one.problem if samples is None else one.problem.on(samples), one.x[: one.problem.p])
+        for one in (poorer, richer)
+    ]
+    most = float(np.quantile(np.concatenate(errors), 1.0 - WORST))
+    before, after = (float(np.minimum(each, most).sum()) for each in errors)
+    return after / max(before, 1e-300)
 
 
 def block_z(gained: Floats) -> float:

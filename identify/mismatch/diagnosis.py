@@ -14,7 +14,7 @@ from identify.identification import identify_friction
 from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch import words
 from identify.mismatch.baseline import read_torque
-from identify.mismatch.compare import Fit
+from identify.mismatch.compare import Fit, free_run_ratio
 from identify.mismatch.data import Evidence, gather
 from identify.mismatch.detect import detectable
 from identify.mismatch.guise import Guise, Setting, guises
@@ -39,7 +39,7 @@ OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
 CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
-HELD_OUT = 1.02  # ratio of eq. (4) on held-out data above which a richer model is refused
+HELD_OUT = 1.02  # ratio of squared one-second errors on held-out data above which a richer model is refused
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
 
 
@@ -144,7 +144,8 @@ class _Report:
         location: Location | None = None
         verdict = Verdict.NO_MISMATCH
         stands = not effects or (
-            held[1] < HELD_OUT * held[0] and not (after > REST * self.level and after > KEPT * before)
+            free_run_ratio(baseline, chosen, evidence.held_out) < HELD_OUT
+            and not (after > REST * self.level and after > KEPT * before)
         )
         if effects and stands:
             verdict = Verdict.EXPLAINED
