@@ -4,8 +4,9 @@ Scatter of blocks (Bell & McCaffrey 2002): the recording is cut into blocks; wha
 by gives the covariance. Neighbouring samples, strokes and cycles that err together stay together in a block, whatever
 their correlation. A block that carries much of the information hides its own error in the fit, by its leverage: the
 correction (1 - leverage)^-1/2 is unbiased for white errors ("CR2"), (1 - leverage)^-1 is the jackknife that leaves the
-block out ("CR3") and a little too wide; we take the middle, which the study of coverage finds nearest to 95 %. Three ways
-to cut are averaged, because ten blocks alone know their own scatter only to a quarter; Student's t pays for the rest.
+block out ("CR3") and a little too wide; we take the middle, which the study of coverage finds nearest to 95 %. Three
+ways to cut are averaged, because ten blocks alone know their own scatter only to a quarter; Student's t pays for the
+rest.
 
 Two things are added: what the marching steps may do (on recordings without noise it is all there is), and the width of
 the priors where the data say nothing (a Stribeck velocity without a Stribeck effect).
