@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from identify.identification import identify_friction
     from identify.many import identify_many
+    from identify.mismatch.diagnosis import diagnose
+    from identify.mismatch.result import Diagnosis
     from identify.result import IdentificationResult, Parameter, Verdict
 
-__all__ = ["IdentificationResult", "Parameter", "Verdict", "identify_friction", "identify_many"]
+__all__ = ["Diagnosis", "IdentificationResult", "Parameter", "Verdict", "diagnose", "identify_friction", "identify_many"]
 
 _HOMES = {
+    "diagnose": "identify.mismatch.diagnosis",
+    "Diagnosis": "identify.mismatch.result",
     "identify_friction": "identify.identification",
     "identify_many": "identify.many",
     "IdentificationResult": "identify.result",

@@ -9,6 +9,7 @@ from monitor.cli.axes_check import axes_check_command
 from monitor.cli.axes_init import axes_init_command
 from monitor.cli.check_config import check_config_command
 from monitor.cli.demo import demo_command
+from monitor.cli.diagnose import diagnose_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_command
 from monitor.cli.identify import identify_command
@@ -20,6 +21,7 @@ app.command("demo")(demo_command)
 app.command("run")(run_command)
 app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
+app.command("diagnose")(diagnose_command)
 app.command("replay")(replay_command)
 app.command("history")(history_command)
 app.command("alerts")(alerts_command)
