@@ -11,7 +11,15 @@ if TYPE_CHECKING:
     from identify.mismatch.result import Diagnosis
     from identify.result import IdentificationResult, Parameter, Verdict
 
-__all__ = ["Diagnosis", "IdentificationResult", "Parameter", "Verdict", "diagnose", "identify_friction", "identify_many"]
+__all__ = [
+    "Diagnosis",
+    "IdentificationResult",
+    "Parameter",
+    "Verdict",
+    "diagnose",
+    "identify_friction",
+    "identify_many",
+]
 
 _HOMES = {
     "diagnose": "identify.mismatch.diagnosis",
