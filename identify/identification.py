@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 
 METHODS = ("ga+polish", "paper")
 CRITERIA = ("observer", "output_error")
+FINER_SUBSTEP = 0.0025  # s: tried before the finest
+SETTLED = 0.1  # standard errors by which the steps may move a parameter
 FINISHES = 3  # polishes in fine steps: the likeliest gain may change once the steps err less
 TRAIN = 0.6  # of the samples; the rest is held out
 FRICTION = 4  # unknowns of the friction law, which come first
@@ -149,8 +151,8 @@ def _ask_the_position(
 
 
 def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProblem, SearchResult]:
-    """Polish once more in finer steps: on clean data the search's own steps would be the largest error."""
-    fine = problem.refined()
+    """Polish once more in steps as fine as the data can tell: on clean data the search's own would err the most."""
+    fine = _steps_that_settle(problem, found)
     gains, settings = gain_table(problem.samples.sample_time)
     x, gain, setting, evaluations = found.x, found.gain, found.setting, found.evaluations
     for attempt in range(FINISHES):
@@ -167,6 +169,22 @@ def finish(problem: FrictionProblem, found: SearchResult) -> tuple[FrictionProbl
         gain, setting = gains[:, index].copy(), settings[:, index].copy()
     found = dataclasses.replace(found, x=x, criterion=end.loss, gain=gain, setting=setting, evaluations=evaluations)
     return fine, found
+
+
+def _steps_that_settle(problem: FrictionProblem, found: SearchResult) -> FrictionProblem:
+    """The same problem in the longest steps whose error moves no parameter by a tenth of its standard error."""
+    finest = problem.refined()
+    exact = finest.errors(found.x[None], found.gain)[:, 0].copy()
+    error, slope = problem.jacobian(found.x, found.gain)
+    variance = float(exact @ exact) / problem.samples.used
+    covariance = np.linalg.pinv(slope.T @ slope / variance + np.diag(problem.prior[1] ** -2.0), hermitian=True)
+    allowed = SETTLED * np.sqrt(np.diag(covariance))
+    middle = problem.refined(FINER_SUBSTEP)
+    for steps, errors in ((problem, error), (middle, middle.errors(found.x[None], found.gain)[:, 0])):
+        moved = covariance @ (slope.T @ (errors - exact)) / variance
+        if (np.abs(moved) < allowed)[: problem.p].all():
+            return steps
+    return finest
 
 
 def _look_along_the_valley(
