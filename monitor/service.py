@@ -23,7 +23,7 @@ from plant.axis import Axis
 
 log = structlog.get_logger()
 WHO = "daemon"
-GRACE = 4.5  # s to drain and close; after it the process ends hard, which loses nothing
+GRACE = 4.0  # s to drain and close; after it the process ends hard, which loses nothing
 
 
 def run_daemon(

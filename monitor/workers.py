@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import concurrent.futures
 import contextlib
 import hashlib
 import multiprocessing
@@ -34,6 +35,11 @@ def local_pool(workers: int) -> Executor:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["monitor.identify_window"])
     return ProcessPoolExecutor(workers, mp_context=context, initializer=_settle_in)
+
+
+def _warm_up() -> None:
+    """Occupies a worker for a moment, so that all of them are started."""
+    time.sleep(0.1)
 
 
 def _settle_in() -> None:
@@ -75,18 +81,35 @@ class Workers:
     ) -> None:
         """Start the pool. `timeout` [s]: how long a job may run; `wake` is called from another thread when one ends."""
         self._start_pool, self._workers = start_pool, workers
-        self._pool = start_pool(workers)
         self._retries, self._timeout, self._wake = retries, timeout, wake
         self._capacity = 2 * workers
         self._running: dict[Future[Estimate], _Attempt] = {}
         self._suspects: collections.deque[_Attempt] = collections.deque()
         self._failed: list[tuple[Job, Estimate]] = []
         self.restarts = 0
+        self._pool, self._ready = self._begin()
+
+    def _begin(self) -> tuple[Executor, threading.Event]:
+        """A new pool, started by a thread of its own: starting takes seconds, and the caller has streams to serve."""
+        pool, ready = self._start_pool(self._workers), threading.Event()
+        threading.Thread(target=self._warm, args=(pool, ready), name="warm-up", daemon=True).start()
+        return pool, ready
+
+    def _warm(self, pool: Executor, ready: threading.Event) -> None:
+        try:
+            concurrent.futures.wait([pool.submit(_warm_up) for _ in range(self._workers)])
+        except (BrokenProcessPool, RuntimeError) as error:  # killed while it started, or closed
+            log.warning("worker processes did not start", error=str(error))
+            time.sleep(1.0)
+        ready.set()
+        self._wake()
 
     @property
     def free(self) -> int:
         """Jobs that may be submitted now."""
-        return 0 if self._suspects else max(0, self._capacity - len(self._running))
+        if self._suspects or not self._ready.is_set():
+            return 0
+        return max(0, self._capacity - len(self._running))
 
     @property
     def busy(self) -> int:
@@ -94,7 +117,8 @@ class Workers:
         return len(self._running) + len(self._suspects)
 
     def submit(self, job: Job) -> None:
-        """Run `job`; its answer comes out of `collect`."""
+        """Run `job`; its answer comes out of `collect`. Blocks while the pool starts: look at `free` first."""
+        self._ready.wait()
         self._launch(_Attempt(job))
 
     def _launch(self, attempt: _Attempt) -> None:
@@ -127,7 +151,7 @@ class Workers:
         if broken:
             self._restart()
         self._check_hung()
-        if self._suspects and not self._running:
+        if self._suspects and not self._running and self._ready.is_set():
             self._launch(self._suspects.popleft())
         answers += self._failed
         self._failed = []
@@ -149,7 +173,7 @@ class Workers:
         self.restarts += 1
         log.warning("worker processes restarted", times=self.restarts, suspects=len(self._suspects))
         self._kill()
-        self._pool = self._start_pool(self._workers)
+        self._pool, self._ready = self._begin()
 
     def _check_hung(self) -> None:
         now = time.monotonic()

@@ -24,8 +24,8 @@ class PoisonPool:
     def __init__(self, workers):
         self.pool: ProcessPoolExecutor = local_pool(workers)
 
-    def submit(self, _function, job):
-        return self.pool.submit(run, job)
+    def submit(self, function, *jobs):
+        return self.pool.submit(run if jobs else function, *jobs)
 
     def shutdown(self, **options):
         self.pool.shutdown(**options)
