@@ -3,7 +3,7 @@
 The surface of eq. (4) is a maze: a flat valley between F_s, v_s and F_v, with a kink wherever a sample begins or ceases
 to stick. The genetic start therefore looks at the one-step errors of a strong observer, where the way is downhill; its
 best individuals are polished while the observer is weakened to nothing, beside the best of the last generation on eq.
-(4) itself. The search ends when the remaining error is white (nothing is left to find), or when three rounds that know
+(4) itself. The search ends when the remaining error is white (nothing is left to find), or when five rounds that know
 nothing of each other agree; else it starts anew.
 """
 
@@ -17,7 +17,7 @@ from scipy.special import chdtri
 from identify.criterion import FREE
 from identify.genetic import GeneticSettings
 from identify.observer import gain_table
-from identify.polish import polish_all
+from identify.polish import linearise, polish_all
 from identify.problem import FrictionProblem
 from identify.search import SearchResult, finalists, genetic_search, losses_by_gain, with_start
 
@@ -26,14 +26,16 @@ Floats = NDArray[np.float64]
 DESIGN = GeneticSettings(population=32, bits=10, mutation=0.03, target=-np.inf, generations=4)
 LADDER = (0.15, (0.0, 1.0))  # tau [s] of the observer, and decades below the first gain that the polish passes
 SCOUTS = 4  # random candidates that show which gain tracks
-ROUNDS = 12  # restarts at most
-WITNESSES = 3  # rounds that must have found the same end when the error is not white
-ENOUGH = 0.1  # of log-likelihood units: an iteration that gains less is the last
+ROUNDS = 20  # restarts at most
+KICKS = 2  # points around the best one in every further round
+WITNESSES = 5  # rounds that must have found the same end when the error is not white
+ENOUGH = 0.1  # of log-likelihood units: an iteration that gains less is the last; 20 units are 1 % of the criterion
+ROUGH = 0.5  # the same on the way there
 AGREE = 0.5  # of log-likelihood units: ends closer than this found the same criterion
 SAME = 0.02  # of scaled unknowns
 BLOCKS = (20, 100)  # samples: white errors average out over blocks of either length
 INVISIBLE = 1e-6  # of the travel
-ALARM = 0.01  # share of white errors that fail the test
+ALARM = 0.05  # share of white errors that fail the test
 
 
 def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats | None = None) -> SearchResult:
@@ -51,7 +53,7 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
     fresh: list[tuple[float, Floats]] = []
     for _ in range(ROUNDS):
         points, spent = _genetic_start(coarse, gains, rng)
-        known = [best] if np.isfinite(loss) or start is not None else []
+        known = [best, *_kicked(problem, best, rng)] if np.isfinite(loss) else [] if start is None else [best]
         ends = polish_all(problem, np.array([*points, *known]), FREE, 25, ENOUGH, race=True)
         evaluations += spent + ends.evaluations
         own = int(np.argmin(ends.loss[: len(points)]))
@@ -60,6 +62,14 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
         if ends.rested[ends.best] and (nothing_left(problem, best) or _agreed(fresh, best, loss, problem.p)):
             break
     return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations, free_run=True)
+
+
+def _kicked(problem: FrictionProblem, x: Floats, rng: Generator) -> Floats:
+    """Points some to very many standard deviations from x (size,), along the valley. (KICKS, size)"""
+    model = linearise(problem, x[None], FREE[:, None]).normal[0]
+    root = np.linalg.cholesky(np.linalg.pinv(model, hermitian=True) + 1e-16 * np.eye(len(x)))
+    lengths = 10.0 ** rng.uniform(0.0, 2.0, size=(KICKS, 1))
+    return np.clip(x + lengths * rng.normal(size=(KICKS, len(x))) @ root.T, *problem.bounds)
 
 
 def nothing_left(problem: FrictionProblem, x: Floats) -> bool:
@@ -101,7 +111,7 @@ def _genetic_start(problem: FrictionProblem, gains: Floats, rng: Generator) -> t
     points = with_start(problem, finalists(winners)[:1])
     evaluations = ga.generation * DESIGN.population + len(population)
     for gain in gains.T:
-        polished = polish_all(problem, points, gain, 10, ENOUGH)
+        polished = polish_all(problem, points, gain, 10, ROUGH)
         points, evaluations = polished.x, evaluations + polished.evaluations
     return np.concatenate([points, population[[np.argmin(free)]]]), evaluations
 
