@@ -219,6 +219,7 @@ FAULTS = {
     "port in use": ("in use", 3),
     "not a database": ("not a database", 3),
     "state directory is a file": ("state directory", 3),
+    "read-only state directory": ("make it writable", 3),
     "unknown key": ("did you mean 'samples'", 2),
     "no axis file": ("axis-1.toml", 2),
 }
@@ -236,6 +237,10 @@ def test_what_is_wrong_at_the_start_is_said_in_one_line(tmp_path, fault):
             (tmp_path / "var" / "tribowatch.db").write_text("what is this? " * 500)
         elif fault == "state directory is a file":
             (tmp_path / "var").write_text("")
+        elif fault == "read-only state directory":
+            if os.geteuid() == 0:
+                pytest.skip("root may write everywhere")
+            (tmp_path / "var").mkdir(mode=0o500)
         elif fault == "unknown key":
             plant.config.write_text(plant.config.read_text() + "\n[window]\nsampels = 3\n")
         else:
