@@ -158,21 +158,26 @@ def settle(run: Callable[[int], Floats], substeps: int, tolerance: float = POSIT
     """Double the sub-steps until the position moves by less than the tolerance, then return the finer run.
 
     Where the method is second order the finer run is three times better than that; where something begins inside a
-    sub-step (a rest, a contact) it is first order, and this is just enough.
+    sub-step (a rest, a contact) it is first order, and this is just enough. The doubling before must have agreed too,
+    to eight times the tolerance: near a tipping point two runs may agree by chance.
 
     Args:
         run: sub-steps per sample -> result whose first row is the position. (·, n)
-        substeps: where to start. >= 1
+        substeps: the first guess. >= 1
         tolerance: position error that is small enough. [m or rad]
     """
-    before = run(substeps)
+    before, last = run(max(substeps // 2, 1)), run(substeps)
+    change = _change(before, last)
     while True:
         substeps *= 2
-        after = run(substeps)
-        error = float(np.max(np.abs(after[0] - before[0])))
-        if not error > tolerance or 2 * substeps > MOST_SUBSTEPS:
-            return substeps, after
-        before = after
+        before, last = last, run(substeps)
+        earlier, change = change, _change(before, last)
+        if (not change > tolerance and not earlier > 8.0 * tolerance) or 2 * substeps > MOST_SUBSTEPS:
+            return substeps, last
+
+
+def _change(before: Floats, after: Floats) -> float:
+    return float(np.max(np.abs(after[0] - before[0])))
 
 
 def _finite(name: str, values: ArrayLike, unit: str) -> Floats:

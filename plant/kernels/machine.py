@@ -74,7 +74,7 @@ from plant.kernels.laws import (
     call,
     rows,
 )
-from plant.kernels.step import FASTMATH
+from plant.kernels.step import FASTMATH, turning
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -245,15 +245,16 @@ def _resist_and_solve(b: Floats, inverse_h: float) -> None:
         q = (inertia - half) * v + force
         up = max(level * b[FORWARD + j] + added, 0.0)
         down = max(level * b[BACKWARD + j] + added, 0.0)
-        dry = min(max(q, -down), up)
-        ahead = (q - dry) / (inertia + half)
+        inverse = 1.0 / (inertia + half)
+        slide = (q - (up if v > 0.0 else -down)) * inverse
+        ahead = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
         b[AHEAD + j] = ahead
         b[VELOCITY + j] = 0.5 * (v + ahead)
-        b[FRICTION + j] = dry + half * (v + ahead)
+        b[FRICTION + j] = force - inertia * (ahead - v)
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _solve_two(b: Floats, h: float, inverse_h: float) -> None:
+def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
     """Velocities of load and motor: the motor is eliminated from the implicit midpoint rule of the pair."""
     for j in range(LANES):
         v, w = b[SPEED + j], b[MOTOR_SPEED + j]
@@ -279,13 +280,16 @@ def _solve_two(b: Floats, h: float, inverse_h: float) -> None:
         half = 0.5 * b[RESIST + j]
         resist = half + 0.5 * share * motor
         q = (load - resist) * v + (on_load - b[HELD + j])
-        dry = min(max(q, -b[DOWN + j]), b[UP + j])
+        up, down = b[UP + j], b[DOWN + j]
         inverse = 1.0 / (load + resist)
-        ahead = (q - dry) * inverse
+        at_rest = on_load - b[HELD + j]
+        slide = (q - (up if v > 0.0 else -down)) * inverse
+        restart = (at_rest - min(max(at_rest, -down), up)) * inverse
+        ahead = slide if bristles else turning(v, slide, restart)
         middle = (on_motor + 0.5 * coupling * (v + ahead)) / (motor + coupling)
         b[AHEAD + j] = ahead
         b[MOTOR_AHEAD + j] = 2.0 * middle - w
-        b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead)
+        b[FRICTION + j] = q - (load + resist) * ahead + b[HELD + j] + half * (v + ahead)
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -346,7 +350,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
                 if bristles:
                     _bristles(block, step)
                 if two:
-                    _solve_two(block, step, inverse)
+                    _solve_two(block, step, inverse, bristles)
                 else:
                     _solve_one(block, inverse)
         _move(block, step, two, bristles)

@@ -1,7 +1,8 @@
 """One sub-step of eq. (5) with set-valued friction: the piece of physics that simulator and fitter share.
 
-Midpoint rule with the projection ("soft threshold") in both stages: second order, and a mass at rest stays exactly at
-rest while the driving force stays within the static force (Moreau 1988; Acary & Brogliato 2008, ch. 1).
+Midpoint rule with the projection ("soft threshold") in both stages, split where the velocity passes through 0: second
+order, and a mass at rest stays exactly at rest while the driving force stays within the static force (Moreau 1988;
+Acary & Brogliato 2008, ch. 1).
 """
 
 from __future__ import annotations
@@ -26,6 +27,18 @@ def dry_level(speed: float, coulomb: float, bump: float, inverse_stribeck: float
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def turning(v: float, slide: float, restart: float) -> float:
+    """Velocity at the end of a sub-step that may meet rest on its way.
+
+    `slide` is the velocity if friction kept opposing `v`. Where that has passed through 0, the mass came to rest after
+    the fraction v/(v - slide) and started anew, towards `restart` had it begun at rest. Without this split a reversal
+    under a force beyond the static one loses up to half a sub-step: first order, a millimetre in a fast sine.
+    """
+    rest = v / (v - slide) if v != 0.0 else 0.0
+    return slide if v * slide > 0.0 else (1.0 - rest) * restart
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def advance_velocity(
     v: float,
     force: float,
@@ -43,5 +56,6 @@ def advance_velocity(
     q = (mass_per_step - half) * v + force
     inverse = 1.0 / (mass_per_step + half)
     ahead = soft(q, dry_level(abs(v), coulomb, bump, inverse_stribeck)) * inverse
-    middle = 0.5 * abs(v + ahead)
-    return soft(q, dry_level(middle, coulomb, bump, inverse_stribeck)) * inverse
+    level = dry_level(0.5 * abs(v + ahead), coulomb, bump, inverse_stribeck)
+    slide = (q - (level if v > 0.0 else -level)) * inverse
+    return turning(v, slide, soft(force, level) * inverse)

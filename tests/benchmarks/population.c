@@ -51,7 +51,12 @@ void march(long n, long m, const double *restrict force, double h_sample, long s
                 double level = coulomb[j] + bump[j] * exp_negative(fabs(v[j]) * inverse_stribeck[j]);
                 double ahead = soft(q, level > 0.0 ? level : 0.0) * inverse;
                 level = coulomb[j] + bump[j] * exp_negative(0.5 * fabs(v[j] + ahead) * inverse_stribeck[j]);
-                ahead = soft(q, level > 0.0 ? level : 0.0) * inverse;
+                level = level > 0.0 ? level : 0.0;
+                double slide = (q - (v[j] > 0.0 ? level : -level)) * inverse;
+                double restart = soft(f - against[j], level) * inverse;
+                double apart = v[j] - slide;
+                double rest = v[j] / (apart != 0.0 ? apart : 1.0);
+                ahead = v[j] * slide > 0.0 ? slide : (1.0 - rest) * restart;
                 y[j] += half_h * (v[j] + ahead);
                 v[j] = ahead;
             }

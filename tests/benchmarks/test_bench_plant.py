@@ -57,12 +57,15 @@ def numpy_march() -> np.ndarray:
     positions[0] = y
     for k in range(N - 1):
         for _ in range(SUBSTEPS):
-            q = (inertia - half) * v + FORCE[k] - against
-            speed = np.abs(v)
-            for _stage in range(2):
-                level = np.maximum(coulomb + bump * np.exp(-speed * inverse_stribeck), 0.0)
-                ahead = (q - np.clip(q, -level, level)) / (inertia + half)
-                speed = 0.5 * np.abs(v + ahead)
+            force = FORCE[k] - against
+            q = (inertia - half) * v + force
+            level = np.maximum(coulomb + bump * np.exp(-np.abs(v) * inverse_stribeck), 0.0)
+            ahead = (q - np.clip(q, -level, level)) / (inertia + half)
+            level = np.maximum(coulomb + bump * np.exp(-0.5 * np.abs(v + ahead) * inverse_stribeck), 0.0)
+            slide = (q - np.where(v > 0, level, -level)) / (inertia + half)
+            restart = (force - np.clip(force, -level, level)) / (inertia + half)
+            rest = np.divide(v, v - slide, out=np.zeros(M), where=v != 0)
+            ahead = np.where(v * slide > 0, slide, (1.0 - rest) * restart)
             y = y + 0.5 * h * (v + ahead)
             v = ahead
         positions[k + 1] = y

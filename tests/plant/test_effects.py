@@ -11,6 +11,7 @@ import pytest
 from plant.axis import Axis, Mechanics, Orientation
 from plant.effects import CATALOGUE, Surroundings, find, names
 from plant.errors import InputError, ParameterError
+from plant.friction import StribeckFriction
 from plant.kernels.laws import LANES
 from plant.machine import checked_values, march, plan
 from plant.presets import paper_axis, paper_friction, paper_torque
@@ -149,6 +150,26 @@ def test_halving_the_step_quarters_the_error(name):
     )
     assert order > ORDER.get(name, 1.7)
     assert errors[0] < 8e-5
+
+
+@pytest.mark.parametrize("name", ["baseline", "coulomb_asymmetry", "transmission_compliance", "dead_time"])
+@pytest.mark.parametrize("shape", [np.sin, lambda x: np.sign(np.sin(x))], ids=["sine", "square"])
+def test_reversals_that_do_not_rest_are_second_order_too(name, shape):
+    """A fast motion turns under a force far beyond the static one, in the middle of a sub-step."""
+    flat = Axis("flat", Mechanics(Orientation.HORIZONTAL, M=20.0, J=0.01, Rc=0.045, force_per_torque=100.0))
+    torque = 2.3 * shape(2 * np.pi * 0.93 * 0.01 * np.arange(1000))
+    law = StribeckFriction(50.0, 80.0, 0.05, 100.0)
+    effects = {} if name == "baseline" else {name: EXAMPLES[name]}
+
+    def position(substeps):
+        return simulate(flat, law, torque, sample_time=0.01, effects=effects, substeps=substeps).position
+
+    reference = position(1600)
+    errors = [float(np.abs(position(count) - reference).max()) for count in (4, 16, 64)]
+    print(f"\n{name:28s} 4, 16, 64: " + "  ".join(f"{e:.1e} m" for e in errors))
+    assert errors[0] < 3e-4
+    assert errors[1] < 3e-5
+    assert errors[2] < 3e-6
 
 
 @pytest.mark.parametrize("name", ["baseline", *CATALOGUE])
