@@ -11,6 +11,9 @@ rest.
 Two things are added: what the marching steps may do (on recordings without noise it is all there is), and the width of
 the priors where the data say nothing (a Stribeck velocity without a Stribeck effect).
 
+Where the likeliest fit is the free run and its errors are white by test, nothing unmodelled shows; then the covariance
+of white errors is right, the blocks' is a little wide, and their mean is taken.
+
 Gauss-Newton alone (white errors) covers 80-93 % once friction does not repeat, Bartlett windows 84-94 %:
 docs/identification.md has the table.
 """
@@ -22,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 from scipy.stats import t as student
 
 from identify.problem import FrictionProblem
@@ -29,6 +33,7 @@ from identify.problem import FrictionProblem
 Floats = NDArray[np.float64]
 
 BLOCKS = (7, 10, 13)  # no common divisor: their edges fall on different phases of a periodic motion
+LAGS = 10  # samples
 LEVEL = 0.95
 NORMAL = 1.959964
 AT_BOUND = 1e-6  # of a scaled unknown
@@ -76,12 +81,24 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
         widen = float(student.ppf(0.5 + LEVEL / 2, blocks - 1)) / NORMAL
         inner += widen**2 / len(BLOCKS) * block_scatter(error, slope, variance, prior, blocks)
     posterior = np.linalg.pinv(slope.T @ slope / variance + prior, hermitian=True)
+    if not gain.any() and is_white(error[problem.samples.valid]):
+        inner = 0.5 * (inner + posterior)
     shift = posterior @ (slope.T @ step_error(problem, x, gain)) / variance
     inner += np.outer(shift, shift) + posterior @ prior @ posterior
     ratio = np.diag(inner)[:4] / np.maximum(np.diag(posterior)[:4], 1e-300)
     full = np.zeros((len(x), len(x)))
     full[np.ix_(free, free)] = inner
     return Uncertainty(full, at_bound, float(np.clip(np.exp(np.mean(np.log(ratio))), 1.0, MOST_INFLATED)))
+
+
+def is_white(error: Floats) -> bool:
+    """Whether errors (n,) show no correlation over the first `LAGS` samples (Box & Pierce 1970, 1 % level)."""
+    centred = error - error.mean()
+    power = float(centred @ centred)
+    if power == 0.0 or len(error) <= 2 * LAGS:
+        return False
+    correlation = np.array([centred[lag:] @ centred[:-lag] for lag in range(1, LAGS + 1)]) / power
+    return bool(len(error) * float(correlation @ correlation) < chi2.ppf(0.99, LAGS))
 
 
 def step_error(problem: FrictionProblem, x: Floats, gain: Floats) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from identify.uncertainty import block_scatter
+from identify.uncertainty import block_scatter, is_white
 from tests.identify.studies.coverage import CASES, binomial, study
 from tests.identify.studies.machines import coloured_noise
 
@@ -46,6 +46,13 @@ def test_a_block_that_carries_all_the_information_widens_the_interval():
     alone = block_scatter(noise, slope, 1.0, 1e-9 * np.eye(1), 10)[0, 0]
     together = block_scatter(noise, spread_out, 1.0, 1e-9 * np.eye(1), 10)[0, 0]
     assert alone > 20 * together
+
+
+def test_white_and_coloured_errors_are_told_apart():
+    rng = np.random.default_rng(4)
+    assert sum(is_white(rng.standard_normal(1500)) for _ in range(100)) >= 94
+    assert not any(is_white(coloured_noise(1500, 1.0, 1.0, rng)) for _ in range(50))
+    assert not is_white(np.zeros(100))
 
 
 def test_binomial_intervals_hold_the_rate():
