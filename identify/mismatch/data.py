@@ -53,9 +53,13 @@ def gather(recordings: Sequence[Recording], axis: Axis) -> Evidence:
     else:
         cut = round((1.0 - HELD_OUT) * len(now[0]))
         train, held_out, kind = now[0].part(0, cut), now[0].part(cut, len(now[0])), "time"
-    digest = hashlib.sha256("".join(recording.sha256() for recording in recordings).encode()).hexdigest()
     removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
-    return Evidence(train, held_out, kind, join(before) if before else None, removed, digest)
+    return Evidence(train, held_out, kind, join(before) if before else None, removed, digest(recordings))
+
+
+def digest(recordings: Sequence[Recording]) -> str:
+    """SHA-256 of all recordings together."""
+    return hashlib.sha256("".join(recording.sha256() for recording in recordings).encode()).hexdigest()
 
 
 def join(parts: Sequence[Samples]) -> Samples:

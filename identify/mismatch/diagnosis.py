@@ -15,11 +15,12 @@ from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch import words
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Fit, free_run_ratio
-from identify.mismatch.data import Evidence, gather
+from identify.mismatch.data import Evidence, digest, gather
 from identify.mismatch.detect import detectable
 from identify.mismatch.guise import Guise, Setting, guises
 from identify.mismatch.inverse import unexplained
-from identify.mismatch.locate import locate, named_location
+from identify.mismatch.locate import COORDINATE, locate, named_location
+from identify.mismatch.pictures import pictures_of
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
@@ -67,7 +68,7 @@ def diagnose(
     for recording in recordings:
         reason = unusable(recording, axis) or too_broken(prepare(recording, axis))
         if reason is not None:
-            return _insufficient(axis, seed, f"{recording.source or 'recording'}: {reason}")
+            return _insufficient(recordings, axis, seed, f"{recording.source or 'recording'}: {reason}")
     doubtful = all(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
@@ -76,7 +77,7 @@ def diagnose(
     evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, seed)
     reason = _too_little(baseline, evidence.train)
     if reason is not None:
-        return _insufficient(axis, seed, reason)
+        return _insufficient(recordings, axis, seed, reason)
     setting = setting_of(baseline.problem, baseline.x)
     ways = guises({name: find(name) for name in names()}, setting)
     selection = select(baseline, ways, progress)
@@ -84,7 +85,7 @@ def diagnose(
     return report.written(ways)
 
 
-def _insufficient(axis: Axis, seed: int, reason: str) -> Diagnosis:
+def _insufficient(recordings: Sequence[Recording], axis: Axis, seed: int, reason: str) -> Diagnosis:
     """The verdict insufficient_data with its reason."""
     return Diagnosis(
         verdict=Verdict.INSUFFICIENT_DATA,
@@ -92,6 +93,7 @@ def _insufficient(axis: Axis, seed: int, reason: str) -> Diagnosis:
         explanation=f"These recordings cannot tell: {reason}.",
         reason=reason,
         seed=seed,
+        data_sha256=digest(recordings),
     )
 
 
@@ -170,6 +172,10 @@ class _Report:
             explanation = words.unexplained(remaining, location)
         else:
             explanation = words.nothing_missing(remaining, hidden)
+        wanted = [COORDINATE.get(effect.name, "time") for effect in effects]
+        if location is not None:
+            wanted += [location.coordinate, *location.alternatives]
+        named = chosen if chosen is not baseline else None
         return Diagnosis(
             verdict=verdict,
             axis=self.axis.name,
@@ -191,6 +197,7 @@ class _Report:
             seed=self.seed,
             data_sha256=evidence.sha256,
             preprocessing=evidence.removed,
+            pictures=pictures_of(selection, named, evidence, wanted, {way.name for way in ways}),
         )
 
     def _held_out(self, fitted: Fit) -> float:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from identify.mismatch.pictures import Pictures
 
 SCHEMA_VERSION = 1
 
@@ -119,7 +122,10 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What the recordings tell about the model; see design.md for the meaning of each entry."""
+    """What the recordings tell about the model; see design.md for the meaning of each entry.
+
+    `pictures` are the arrays a report draws; they are not part of the JSON.
+    """
 
     verdict: Verdict
     axis: str
@@ -139,6 +145,7 @@ class Diagnosis:
     seed: int = 0
     data_sha256: str = ""
     preprocessing: tuple[str, ...] = ()
+    pictures: Pictures | None = field(default=None, compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON of the contract."""

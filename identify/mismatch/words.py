@@ -46,7 +46,10 @@ def explained(effects: tuple[FoundEffect, ...], alternatives: tuple[tuple[str, .
 def nothing_missing(latent: Quantity, detectable: dict[str, Hidden]) -> str:
     """No mismatch, and what would have been seen."""
     text = f"The baseline model is complete: what it leaves, {latent.value:.2g} {latent.unit}, does not repeat."
-    seen = [f"{name.replace('_', ' ')} from {h.value:.2g} {h.unit}" for name, h in list(detectable.items())[:3]]
+    seen = [
+        f"{name.replace('_', ' ')} from {h.value:.2g}{'' if h.unit == '1' else f' {h.unit}'}"
+        for name, h in list(detectable.items())[:3]
+    ]
     return f"{text} These recordings would have shown, for example, {', '.join(seen)}." if seen else text
 
 
