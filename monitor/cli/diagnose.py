@@ -22,6 +22,10 @@ def diagnose_command(
         list[Path] | None, typer.Argument(metavar="[RECORDING]...", help="Default: all that the axis file lists.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search; the same seed gives the same answer.")] = 0,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Write the finding with its evidence as one HTML page.", show_default=False),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Say whether the model leaves physics out: where it shows, its name and size, and what else it could be."""
@@ -30,14 +34,24 @@ def diagnose_command(
 
     described = read_axis(axis)
     data = read_all(recordings or [], described, axis)
+    if report is not None and not report.absolute().parent.is_dir():
+        raise InputError(f"{report}: the folder {report.absolute().parent} does not exist; create it first")
     with _Progress(silent=as_json) as progress:
         found = diagnose(data, described, seed=seed, progress=progress.say)
+    if report is not None:
+        from monitor.report_file import write_report
+
+        write_report(report, found, described, data)
     if as_json:
         from monitor.cli.output import emit_json
 
         emit_json(found.to_dict())
     else:
         show_diagnosis(found)
+        if report is not None:
+            from monitor.cli.output import screen
+
+            screen().print(f"report: {report}")
 
 
 def read_all(paths: list[Path], axis: Axis, axis_path: Path) -> list[Recording]:
