@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines
+.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -75,6 +75,9 @@ run-length: $(VENV)/.ready-dev  ## output error over runs of many lengths agains
 
 real-machines: $(VENV)/.ready-dev  ## estimates of real machines; wants the recordings of TRIBOWATCH_DATA
 	$(PY) -m tests.identify.studies.real_machines $(ARGS)
+
+blind: $(VENV)/.ready-dev  ## the blind study of the diagnosis: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
+	OMP_NUM_THREADS=1 $(PY) -m tests.blind $(ARGS)
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

@@ -1,0 +1,81 @@
+"""Draw a batch of cases; write and hash the sealed labels first, only then what a user would have."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tests.blind.plan import ATTEMPTS, draw_spec
+from tests.reference.cases import Case, UndrawableError, draw_case, write_case
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study: its seed, how many cases, seconds per recording, and the folder all of it lives in.
+
+    `sealed/` holds the labels, `cases/` axis.toml and CSV, `answers/` what the diagnosis said.
+    """
+
+    seed: int
+    cases: int
+    folder: Path
+    duration: float = 30.0
+
+    def name(self, index: int) -> str:
+        """Name of a case; it says nothing, not even its seed."""
+        return f"case-{index:04d}"
+
+    def labels(self, batch: range) -> Path:
+        """The sealed file of a batch."""
+        return self.folder / "sealed" / f"labels-{batch.start:04d}-{batch.stop - 1:04d}.json"
+
+    def case(self, index: int) -> Path:
+        """Folder of a case."""
+        return self.folder / "cases" / self.name(index)
+
+    def answer(self, index: int) -> Path:
+        """File of the answer to a case."""
+        return self.folder / "answers" / f"{self.name(index)}.json"
+
+
+def draw(study: Study, index: int) -> tuple[dict, Case | None]:
+    """Sealed label and case `index`; None, with the reasons in the label, where no seed gives a machine that moves."""
+    kind, spec = draw_spec(study.seed, index, study.duration)
+    refused = []
+    for attempt in range(ATTEMPTS):
+        try:
+            case = draw_case(replace(spec, seed=spec.seed + attempt))
+        except UndrawableError as error:
+            refused.append(str(error))
+            continue
+        case = replace(case, axis={**case.axis, "name": study.name(index)})  # its own name tells the seed
+        return {"kind": kind, "refused": refused, **case.labels}, case
+    return {"kind": kind, "refused": refused, "expected": None}, None
+
+
+def seal(study: Study, batch: range) -> str:
+    """Draw a batch, write its labels, then its folders; returns the SHA-256 of the labels' file.
+
+    A batch that is complete is left alone. One that was interrupted is drawn again and must give the same labels.
+
+    Raises:
+        RuntimeError: the file of labels exists and says something else: another version of the simulator wrote it.
+    """
+    path, done = study.labels(batch), study.folder / "cases" / f"complete-{batch.start:04d}-{batch.stop - 1:04d}"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.parent.chmod(0o700)  # a study that was killed left it locked
+    if path.exists() and done.exists():
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    drawn = {index: draw(study, index) for index in batch}
+    labels = {study.name(index): label for index, (label, _) in drawn.items()}
+    text = json.dumps(labels, indent=1, sort_keys=True) + "\n"
+    if path.exists() and path.read_text() != text:
+        raise RuntimeError(f"{path} was drawn by another simulator: use another --out")
+    path.write_text(text)
+    for index, (_, case) in drawn.items():
+        if case is not None:
+            write_case(case, study.case(index))
+    done.touch()
+    return hashlib.sha256(text.encode()).hexdigest()
