@@ -28,6 +28,7 @@ EDGES = {
         "monitor/schema.py",
         "monitor/store.py",
         "monitor/queries.py",
+        "monitor/query_rows.py",
     },
     "alembic": {"monitor/schema.py", "monitor/database.py"},
     "can": set(),
