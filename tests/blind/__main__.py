@@ -2,7 +2,7 @@
 
 Cases are drawn in batches: the batch's labels are written to `sealed/` and hashed, then its case folders, then each is
 diagnosed in a process of its own. A second start goes on where the first stopped. Scores are made at the end, from the
-files; `report.txt` and `scores.json` lie beside them. Expect 600 cases to take some hours: about 3-5 of one core.
+files; `report.txt` and `scores.json` lie beside them. Expect 600 cases to take 2-4 hours of one core.
 """
 
 from __future__ import annotations

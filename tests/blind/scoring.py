@@ -5,6 +5,7 @@ the reference simulator (other shapes, unrepeatable forces) is not among the mod
 baseline / extended *of the answer* stands in for it where the answer names the truth; where it does not, the class
 follows from the drawn size of the effect. Right and wrong cases are therefore classed by different measures, and a
 severity class is not an unbiased sample: `size`, drawn before anything was recorded, is. Both tables are printed.
+A constant force is part of the baseline already, so a right `force_offset` alone has the ratio 1 ("hidden").
 """
 
 from __future__ import annotations
