@@ -19,6 +19,7 @@ Figure = dict[str, Any]
 BEFORE, AFTER, MEASURED = "#D55E00", "#2E8BC0", "#8A8F98"  # colour-blind safe, seen on white and on black
 SHADE = "rgba(140, 140, 140, 0.22)"
 MOST_POINTS = 1500  # of a recording
+PLACE = 0.8  # of what is drawn: a longer stretch is no place
 WIDE = 80  # px at the left of a figure, for the ticks and the title of its axis
 
 
@@ -43,8 +44,9 @@ def map_figure(drawn: Map, force_unit: str, location: Location | None) -> Figure
         layout[axis("xaxis", number)]["title"] = {"text": title}
         layout["annotations"].append(above(heading, number))
     layout["yaxis"]["title"] = {"text": f"residual force [{show_unit(force_unit)}]"}
-    if location is not None and location.coordinate == drawn.coordinate:
-        low, high = location.interval
+    span = drawn.middle[[0, -1]]
+    low, high = (0.0, 0.0) if location is None else location.interval
+    if location is not None and location.coordinate == drawn.coordinate and high - low < PLACE * np.ptp(span):
         layout["shapes"] = [
             {"type": "rect", "x0": low, "x1": high, "y0": 0, "y1": 1, "layer": "below", "line": {"width": 0}}
             | {"xref": f"x{'' if number == 1 else number}", "fillcolor": SHADE}
@@ -52,7 +54,6 @@ def map_figure(drawn: Map, force_unit: str, location: Location | None) -> Figure
             for number in range(1, len(panels) + 1)
         ]
         for number in range(1, len(panels) + 1):
-            span = drawn.middle[[0, -1]]
             layout[axis("xaxis", number)]["range"] = [float(span[0]), float(span[1])]
     return {"data": data, "layout": layout}
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from plant.axis import Axis
     from plant.recording import Recording
 
+WORDY = "what became of it"  # a column of sentences
 HEADLINES = {
     "no_mismatch": "Nothing is missing from the model that these recordings could show",
     "unexplained": "Something is left that no effect of the catalogue explains",
@@ -123,6 +124,8 @@ class _Body:
     def table(self, header: Sequence[str], rows: Iterable[Sequence[str]], marked: Sequence[int] = ()) -> None:
         """A table; columns that begin with '>' are numbers; rows numbered in `marked` stand out."""
         kinds = [' class="n"' if name.startswith(">") else "" for name in header]
+        if header[-1] == WORDY:
+            kinds[-1] = ' class="text"'
         head = "".join(f"<th{k}>{html.escape(name.lstrip('>'))}</th>" for name, k in zip(header, kinds, strict=True))
         lines = []
         for index, row in enumerate(rows):
@@ -276,7 +279,7 @@ def _rivals(body: _Body, found: Diagnosis, pictures: Pictures) -> None:
             marked.append(index)
     if rows:
         force = f">force [{show_unit(pictures.force_unit)}]"
-        body.table(("step", "effect", ">evidence", ">z", ">one-second error", force, "what became of it"), rows, marked)
+        body.table(("step", "effect", ">evidence", ">z", ">one-second error", force, WORDY), rows, marked)
         body.text(
             "Evidence: fall of the Bayes information criterion against the model of the step before (a name needs 25). "
             "z: agreement of twenty blocks of the recording. One-second error: squared, with over without the effect. "

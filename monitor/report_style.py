@@ -30,6 +30,8 @@ table { border-collapse: collapse; margin: .5rem 0; font-size: .9rem; font-varia
 th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 1.5px solid var(--line); }
 th, td { padding: .25rem .8rem .25rem 0; vertical-align: top; } td { border-bottom: 1px solid var(--line); }
 th.n, td.n { text-align: right; white-space: nowrap; }
+th, td { white-space: nowrap; } td:last-child:not(.n):not(:empty) { white-space: normal; }
+td.text { min-width: 17rem; }
 tr.named td { font-weight: 600; }
 ul { padding-left: 1.2rem; max-width: 48rem; } li { margin: .15rem 0; }
 code { font-size: .85em; overflow-wrap: anywhere; }
@@ -41,7 +43,8 @@ code { font-size: .85em; overflow-wrap: anywhere; }
 @media print { :root { color-scheme: light; --ink: #000; --soft: #444; --page: #fff; --card: #f3f3f3; --line: #bbb;
   --good: #00563b; --bad: #8a3600; --doubt: #4b3480; --none: #444; --grid: #ddd; }
   body { padding: 0; max-width: none; font-size: 10pt; } h2 { break-after: avoid; } .plot, tr { break-inside: avoid; }
-  h3 { break-after: avoid; } .wide { overflow: visible; } }
+
+  th, td { white-space: normal; } td.text { min-width: 0; } h3 { break-after: avoid; } .wide { overflow: visible; } }
 """
 
 SCRIPT = """

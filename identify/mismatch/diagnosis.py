@@ -153,11 +153,15 @@ class _Report:
             verdict = Verdict.EXPLAINED
             first = max(effects, key=lambda effect: effect.share)
             step = next(step for step in selection.steps if step.guise.name == first.name)
-            location = named_location(first.name, first.parameters, first.share, step.evidence.z, evidence.train)
+            location = named_location(
+                first.name, first.parameters, first.share, step.evidence.z, evidence.train, self.axis
+            )
         if offset is not None and stands:
             effects = (*effects, offset)
             verdict = Verdict.EXPLAINED
-            location = location or named_location("force_offset", offset.parameters, offset.share, 6.0, evidence.train)
+            location = location or named_location(
+                "force_offset", offset.parameters, offset.share, 6.0, evidence.train, self.axis
+            )
         if not stands or (verdict is Verdict.NO_MISMATCH and after > CLEAN * self.level):
             location = locate(baseline if not stands else chosen, evidence.train, evidence.held_out)
             if not stands or location is not None:

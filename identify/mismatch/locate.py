@@ -95,7 +95,9 @@ def _since_reversal(samples: Samples, direction: Floats) -> tuple[Floats, Floats
     return time, distance, dwell
 
 
-def named_location(name: str, parameters: dict[str, Quantity], share: float, z: float, samples: Samples) -> Location:
+def named_location(
+    name: str, parameters: dict[str, Quantity], share: float, z: float, samples: Samples, axis: Axis
+) -> Location:
     """Where a named effect acts, from its own parameters."""
     coordinate = COORDINATE.get(name, "time")
     low, high = float(samples.position.min()), float(samples.position.max())
@@ -124,8 +126,8 @@ def named_location(name: str, parameters: dict[str, Quantity], share: float, z: 
     elif name == "presliding_hysteresis":
         interval = (0.0, 0.005 * (high - low))
     if interval == (0.0, 0.0):
-        reach = float(np.quantile(np.abs(samples.force), 0.99))
-        interval = (-reach, reach) if coordinate in ("torque", "torque_rate", "acceleration") else (0.0, last)
+        reached = np.quantile(coordinates(samples, axis)[coordinate], [0.005, 0.995])
+        interval = (float(reached[0]), float(reached[1]))
     return Location(coordinate, interval, share, float(norm.sf(z)))
 
 
