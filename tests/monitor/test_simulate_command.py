@@ -4,6 +4,8 @@ import json
 
 import numpy as np
 import pytest
+import zenoh
+import zenoh.ext
 
 from monitor.cli.app import run_command
 from monitor.cli.simulate import seconds
@@ -36,8 +38,13 @@ def receiver(endpoint):
             committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
             session.put(keys.status_key("plant-1", block.axis), json.dumps({"committed": committed}))
 
-        with session.declare_subscriber(keys.samples_pattern("plant-1"), commit):
-            yield blocks
+        history = zenoh.ext.HistoryConfig(detect_late_publishers=True)  # as the daemon: the first blocks may be early
+        recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+        subscriber = zenoh.ext.declare_advanced_subscriber(
+            session, keys.samples_pattern("plant-1"), commit, history=history, recovery=recovery
+        )
+        yield blocks
+        subscriber.undeclare()
 
 
 def test_the_list_names_every_scenario_of_the_package(capsys):
@@ -94,11 +101,12 @@ def test_a_published_scenario_arrives_and_is_acknowledged(endpoint, receiver, ca
     assert summary["committed_seq"] == 7999
     assert summary["key"] == "tribowatch/plant-1/axis-0001/samples"
     assert summary["speed"] == 50 * 12 * 3600
-    position = np.concatenate([block.position for block in receiver])
+    by_number = {block.seq: block for block in receiver}
+    position = np.concatenate([by_number[number].position for number in sorted(by_number)])
     scenario = read_scenario("wear")
     expected = np.concatenate([scenario.burst(number).recording.position for number in range(20, 24)])
     np.testing.assert_array_equal(position, expected)
-    assert receiver[0].t_ns[0] == scenario.begin_ns(20)
+    assert by_number[0].t_ns[0] == scenario.begin_ns(20)
 
 
 @pytest.mark.parametrize(
