@@ -194,5 +194,7 @@ def smooth_velocity(samples: Samples, span: float = 0.05) -> Floats:
         ]
         s_t, s_y, s_tt, s_ty = (c[high] - c[low] for c in sums)
         count = high - low
-        velocity[first:last] = (s_ty - s_t * s_y / count) / (s_tt - s_t**2 / count)
+        spread = s_tt - s_t**2 / count
+        alone = spread <= 0.0  # a run of one sample has no slope
+        velocity[first:last] = np.where(alone, 0.0, (s_ty - s_t * s_y / count) / np.where(alone, 1.0, spread))
     return velocity

@@ -37,6 +37,7 @@ CLEAN = 0.013  # of F_c: latent force of a complete model
 REST = 0.05  # of F_c: latent force beside a name, above which ...
 KEPT = 0.45  # ... and above which share of its former level, the name does not stand
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
+OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
 CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
@@ -247,7 +248,7 @@ class _Report:
         unit[0, 4] = scale
         half = float(spread_of(fitted).half_widths(unit)[0])
         allowed = OFFSET_PRIOR * (self.axis.drive.rated_force or scale)
-        if abs(value) - half < allowed:
+        if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value):
             return None
         quantity = Quantity(value, self.axis.force_unit, (value - half, value + half))
         lacking = unexplained(problem, fitted.x, self.evidence.train)

@@ -326,7 +326,7 @@ def _dwell(e: Effect, s: Setting) -> list[Guise]:
     if s.rests < 0.1:
         return []
     unknowns = (
-        Unknown("stiction_rise", 0.1 * s.force, -s.force, 2 * s.force),
+        Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
         Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
     )
     return [Guise(e, unknowns, grid([0.05 * s.force], [0.1, 0.5, 3.0]))]

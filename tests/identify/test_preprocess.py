@@ -9,6 +9,7 @@ from identify.faults import bend, force_spikes, frozen, unwrapped
 from identify.identification import identify_friction
 from identify.preprocess import prepare, smooth_velocity
 from plant.axis import TorqueHold
+from plant.presets import paper_axis
 from plant.recording import Recording
 from tests.identify.studies.machines import FRICTION, Setting, draw_case
 
@@ -197,3 +198,13 @@ def test_equal_readings_with_gentle_ends_are_no_freeze():
     ramp = np.concatenate([np.linspace(0, 1, 50) ** 2 - 1, np.zeros(20), np.linspace(0, 1, 50) ** 2])
     assert not frozen(ramp, 0.1).any()
     assert frozen(np.concatenate([np.arange(50.0), np.full(20, 49.0), 70 + np.arange(50.0)]), 2.0).sum() == 20
+
+
+def test_a_run_of_one_sample_has_no_velocity():
+    samples = prepare(
+        Recording(t=np.arange(300) * 0.01, force=np.ones(300), position=np.linspace(0, 3, 300)), paper_axis()
+    )
+    run = (np.arange(len(samples)) >= len(samples) - 1).astype(np.int64)
+    velocity = smooth_velocity(dataclasses.replace(samples, run=run))
+    assert velocity[-1] == 0.0
+    assert velocity[:-1] == pytest.approx(np.full(len(samples) - 1, 3 / 2.99), rel=1e-6)
