@@ -14,7 +14,7 @@ from identify.identification import identify_friction
 from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch import words
 from identify.mismatch.baseline import read_torque
-from identify.mismatch.compare import Fit, free_run_ratio
+from identify.mismatch.compare import Fit, fit, free_run_ratio
 from identify.mismatch.data import Evidence, digest, gather
 from identify.mismatch.detect import detectable
 from identify.mismatch.guise import Guise, Setting, guises
@@ -24,7 +24,8 @@ from identify.mismatch.pictures import pictures_of
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
-from identify.mismatch.select import Selection, Step, select, tied, without
+from identify.mismatch.score import extend
+from identify.mismatch.select import TIED_BIC, Selection, Step, select, tied, without
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve, IdentificationResult
 from plant.axis import Axis, TorqueHold
@@ -144,6 +145,11 @@ class _Report:
         held = self._held_out(baseline), self._held_out(chosen)
         effects = self._effects() if selection.steps else ()
         offset = self._offset(chosen)
+        payload, apart = (None, 0.0) if offset is None else self._payload(chosen, ways)
+        if offset is not None and payload is not None and apart > 0.0:
+            chosen = payload
+            offset = self._as_payload(payload, offset)
+            held = held[0], self._held_out(chosen)
         location: Location | None = None
         verdict = Verdict.NO_MISMATCH
         stands = not effects or (
@@ -161,13 +167,15 @@ class _Report:
             effects = (*effects, offset)
             verdict = Verdict.EXPLAINED
             location = location or named_location(
-                "force_offset", offset.parameters, offset.share, 6.0, evidence.train, self.axis
+                offset.name, offset.parameters, offset.share, 6.0, evidence.train, self.axis
             )
         if not stands or (verdict is Verdict.NO_MISMATCH and after > CLEAN * self.level):
             location = locate(baseline if not stands else chosen, evidence.train, evidence.held_out)
             if not stands or location is not None:
                 verdict, effects, chosen, held = Verdict.UNEXPLAINED, (), baseline, (held[0], held[0])
         alternatives = self._alternatives(effects)
+        if payload is not None and abs(apart) < TIED_BIC and effects:
+            alternatives = _with_twin(alternatives, "force_offset", "inertia_error")
         hidden = detectable(baseline, ways) if verdict is Verdict.NO_MISMATCH else {}
         remaining = Quantity(chosen.latent_force, self.axis.force_unit)
         doubt = {name for group in alternatives for name in group}
@@ -255,6 +263,23 @@ class _Report:
         rest = 0.0 if lacking is None else float(np.mean(lacking.lacking**2))
         return FoundEffect("force_offset", value**2 / (value**2 + rest), {"force": quantity}, abs(value))
 
+    def _payload(self, fitted: Fit, ways: list[Guise]) -> tuple[Fit | None, float]:
+        """The constant force read as the weight of a payload, and by how much that is likelier (BIC). [1]."""
+        guise = next((g for g in ways if g.name == "inertia_error" and ("weight_share", 1.0) in g.fixed), None)
+        if guise is None or any(g.name == guise.name for g in fitted.problem.guises):
+            return None, 0.0
+        mass = fitted.x[4] * fitted.problem.scales.force / self.axis.mechanics.g
+        problem, x = extend(fitted, guise, np.array([[guise.unknowns[0].scaled(float(mass))]]))
+        x[:, 4] = 0.0
+        found = fit(problem, x)
+        return found, fitted.found.criterion - found.found.criterion - float(np.log(problem.samples.used))
+
+    def _as_payload(self, payload: Fit, offset: FoundEffect) -> FoundEffect:
+        """The effect inertia_error in place of a constant force."""
+        guise = next(g for g in payload.problem.guises if g.name == "inertia_error")
+        values = quantities(payload, guise, spread_of(payload))
+        return FoundEffect("inertia_error", offset.share, values, offset.force_rms)
+
     def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
         """The chosen set, then every set these data cannot tell from it."""
         chosen = tuple(effect.name for effect in effects)
@@ -290,6 +315,13 @@ def changes(before: IdentificationResult, after: IdentificationResult) -> tuple[
         if abs(moved) > half:
             found.append(Change(name, old.value, new.value, old.unit, (moved - half, moved + half)))
     return tuple(found)
+
+
+def _with_twin(sets: tuple[tuple[str, ...], ...], one: str, other: str) -> tuple[tuple[str, ...], ...]:
+    """`sets`, and the first of them with `one` and `other` exchanged."""
+    swap = {one: other, other: one}
+    twin = tuple(swap.get(name, name) for name in sets[0])
+    return sets if set(twin) in [set(names) for names in sets] else (*sets, twin)
 
 
 def _strong(rivals: list[Step]) -> list[Step]:
