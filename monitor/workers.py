@@ -99,7 +99,8 @@ class Workers:
         try:
             concurrent.futures.wait([pool.submit(_warm_up) for _ in range(self._workers)])
         except (BrokenProcessPool, RuntimeError) as error:  # killed while it started, or closed
-            log.warning("worker processes did not start", error=str(error))
+            if "after shutdown" not in str(error):  # closed before they were up: nothing to tell
+                log.warning("worker processes did not start", error=str(error))
             time.sleep(1.0)
         ready.set()
         self._wake()

@@ -238,7 +238,9 @@ def junk():
     yield b"\\x9f" * 200_000, "application/cbor"
 
 with open_session("client", connect=[sys.argv[1]]) as session:
-    publisher = session.declare_publisher("tribowatch/test/axis-0001/samples")
+    publisher = session.declare_publisher(
+        "tribowatch/test/axis-0001/samples", congestion_control=zenoh.CongestionControl.BLOCK
+    )
     deadline = time.monotonic() + 10
     while not publisher.matching_status.matching and time.monotonic() < deadline:
         time.sleep(0.01)
