@@ -8,6 +8,9 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
+import zenoh
+import zenoh.ext
+
 from monitor.link_zenoh import is_alive
 from plant import keys
 from plant.errors import ReachError
@@ -28,8 +31,13 @@ class Ear:
         self.messages: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
         self._session = open_session("client", connect=[endpoint], timeout=timeout)
         try:
-            for what in HEARD:
-                self._session.declare_subscriber(keys.output_key(site, axis, what), self._hearer(what))
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True)  # the first words may come before the link
+            self._subscribers = [
+                zenoh.ext.declare_advanced_subscriber(
+                    self._session, keys.output_key(site, axis, what), self._hearer(what), history=history
+                )
+                for what in HEARD
+            ]
             deadline = time.monotonic() + timeout
             while not is_alive(self._session, site, keys.PREFIX):
                 if time.monotonic() > deadline:

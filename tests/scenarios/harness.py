@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 
 import numpy as np
+import zenoh
+import zenoh.ext
 
 from plant import keys
 from plant.axis_file import write_axis
@@ -135,8 +137,12 @@ class Ear:
 
     def __init__(self, session, axis="axis-1"):
         self.heard = {what: [] for what in ("parameters", "model", "alerts", "status")}
+        history = zenoh.ext.HistoryConfig(detect_late_publishers=True)  # a publisher's first words may come too early
         self._subscribers = [
-            session.declare_subscriber(keys.output_key(SITE, axis, what), self._listener(what)) for what in self.heard
+            zenoh.ext.declare_advanced_subscriber(
+                session, keys.output_key(SITE, axis, what), self._listener(what), history=history
+            )
+            for what in self.heard
         ]
 
     def _listener(self, what):
