@@ -28,6 +28,7 @@ from identify.mismatch.score import extend
 from identify.mismatch.select import TIED_BIC, Selection, Step, select, tied, without
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve, IdentificationResult
+from identify.uncertainty import Uncertainty
 from plant.axis import Axis, TorqueHold
 from plant.effects import find, names
 from plant.recording import Recording
@@ -143,8 +144,9 @@ class _Report:
         chosen, baseline = selection.chosen, selection.baseline
         before, after = baseline.latent_force, chosen.latent_force
         held = self._held_out(baseline), self._held_out(chosen)
-        effects = self._effects() if selection.steps else ()
-        offset = self._offset(chosen)
+        spread = spread_of(chosen)
+        effects = self._effects(spread)
+        offset = self._offset(chosen, spread)
         payload, apart = (None, 0.0) if offset is None else self._payload(chosen, ways)
         if offset is not None and payload is not None and apart > 0.0:
             chosen = payload
@@ -224,10 +226,9 @@ class _Report:
         errors = [unexplained(fitted.problem, fitted.x, part) for part in (self.evidence.train, self.evidence.held_out)]
         return Pair(*(None if error is None else error.error for error in errors))
 
-    def _effects(self) -> tuple[FoundEffect, ...]:
+    def _effects(self, spread: Uncertainty) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
         chosen = self.selection.chosen
-        spread = spread_of(chosen)
         with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
         found = []
         for step in self.selection.steps:
@@ -245,7 +246,7 @@ class _Report:
             )
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
-    def _offset(self, fitted: Fit) -> FoundEffect | None:
+    def _offset(self, fitted: Fit, spread: Uncertainty) -> FoundEffect | None:
         """The constant force as an effect, where mass and gravity are known and it is beyond what they allow."""
         problem = fitted.problem
         if not problem.gravity_known or any(guise.name == "force_offset" for guise in problem.guises):
@@ -254,7 +255,7 @@ class _Report:
         value = float(fitted.x[4] * scale)
         unit = np.zeros((1, len(fitted.x)))
         unit[0, 4] = scale
-        half = float(spread_of(fitted).half_widths(unit)[0])
+        half = float(spread.half_widths(unit)[0])
         allowed = OFFSET_PRIOR * (self.axis.drive.rated_force or scale)
         if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value):
             return None

@@ -13,7 +13,6 @@ from identify.mismatch.guise import Guise
 
 Floats = NDArray[np.float64]
 
-STRETCH = 5.0  # most a linear amplitude is scaled from its start
 ABSORBED = 1e-6  # share of a response that must remain past the baseline to be judged at all
 
 
