@@ -39,7 +39,7 @@ run: $(VENV)/.ready  ## the demo: a simulated axis wears, the daemon notices; AR
 	@$(BIN)/tribowatch demo $(ARGS)
 
 test: $(VENV)/.ready-dev lint  ## all checks: ruff, mypy, import contracts, pytest
-	$(PYTEST) $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses=auto --maxprocesses=8 --dist=worksteal $(PYTEST_ARGS)
 
 lint: $(VENV)/.ready-dev  ## ruff, mypy --strict and the import contracts alone
 	$(BIN)/ruff check .
