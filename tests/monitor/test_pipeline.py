@@ -8,8 +8,9 @@ import pytest
 from monitor.alarms import Event, State
 from monitor.config import Config
 from monitor.errors import QueryError
+from monitor.fleet import MAX_UNKNOWN
 from monitor.inbox import Inbox, Message
-from monitor.pipeline import MAX_UNKNOWN, Pipeline
+from monitor.pipeline import Pipeline
 from monitor.queries import Reader
 from monitor.store import Store
 from monitor.workers import Workers
@@ -155,7 +156,7 @@ def test_strangers_are_counted_up_to_a_limit(bench):
         bench.step(0.0)
     bench.put(block, "tribowatch/site/alive/samples")
     bench.step()
-    assert bench.pipeline.unknown_keys == 21
+    assert bench.pipeline.fleet.unknown_keys == 21
     with Reader(bench.url) as reader:
         axes = reader.axes()
     assert len(axes) == MAX_UNKNOWN + 1

@@ -1,0 +1,48 @@
+"""The way out: answer -> drift -> alarm -> history -> publication. Whatever is published was stored before."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import structlog
+
+from monitor.alarm_desk import AlarmDesk, Publish
+from monitor.axis_run import AxisRun
+from monitor.config import Config
+from monitor.drift import Finding, indicators, judge
+from monitor.estimate import Estimate
+from monitor.payloads import estimate_payload, model_payload
+from monitor.store import Store
+
+log = structlog.get_logger()
+
+
+class Conclusion:
+    """Judges the answers of all axes. Belongs to the supervising thread."""
+
+    def __init__(self, config: Config, store: Store, alarms: AlarmDesk, publish: Publish) -> None:
+        """Findings move `alarms`."""
+        self._config, self._store, self._alarms, self._publish = config, store, alarms, publish
+
+    def conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
+        """Judge one answer, store it with everything it changed, then tell."""
+        findings, watched = self._judge(run, estimate)
+        run.record.drift = run.drift.to_dict()
+        name = run.record.name
+        touched, changes = self._alarms.observe(run, findings, estimate.window.end_ns)
+        ids = self._store.save(run.record, row, estimate, watched, touched, changes)
+        run.untidy = True
+        self._publish("parameters", name, estimate_payload(self._config.site, name, estimate, watched))
+        if estimate.verdict == "identified":
+            self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
+        self._alarms.tell(run, ids, changes)
+
+    def _judge(self, run: AxisRun, estimate: Estimate) -> tuple[list[Finding], list[dict[str, Any]]]:
+        """Drift; an error of ours there must not cost the answer, nor stop the other axes."""
+        try:
+            run.drift, findings = judge(run.drift, estimate, run.rule)
+            return findings, indicators(run.drift, estimate)
+        except Exception:
+            run.reject("judgement_error")
+            log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))
+            return [], []

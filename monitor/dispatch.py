@@ -1,0 +1,65 @@
+"""Who is identified next: windows go to the workers, one axis after the other; answers come back in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from monitor.axis_run import AxisRun, travelling
+from monitor.config import Config
+from monitor.estimate import Estimate
+from monitor.fleet import Fleet
+from monitor.identify_window import Job
+from monitor.store import Store
+from monitor.workers import Workers, window_seed
+
+AHEAD = 4  # windows of one axis that may be in the workers, per worker
+
+
+class Dispatch:
+    """Between the waiting windows and the workers. Belongs to the supervising thread."""
+
+    def __init__(
+        self,
+        config: Config,
+        fleet: Fleet,
+        store: Store,
+        workers: Workers,
+        conclude: Callable[[AxisRun, int, Estimate], None],
+    ) -> None:
+        """`conclude` is called with every answer of an axis, in the order of its windows."""
+        self._config, self._fleet, self._store, self._workers = config, fleet, store, workers
+        self._conclude = conclude
+        self._turn = 0
+
+    def submit(self) -> None:
+        """Give windows to the workers, one axis after the other, as long as they have room."""
+        names = list(self._fleet.runs)
+        idle = 0
+        while self._workers.free and names and idle < len(names):
+            run = self._fleet.runs[names[self._turn % len(names)]]
+            self._turn += 1
+            ahead = len(run.order) - len(run.waiting)
+            if not run.waiting or ahead >= AHEAD * self._config.workers:
+                idle += 1
+                continue
+            idle = 0
+            self._submit(run)
+
+    def _submit(self, run: AxisRun) -> None:
+        assert run.axis is not None
+        row, window = run.waiting.popleft()
+        samples = self._store.read(run.record.id, window.id)
+        seed = window_seed(self._config.seed, run.record.name, window.id.epoch, window.id.first_seq)
+        method = self._config.identification.method
+        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method))
+
+    def collect(self) -> None:
+        """Conclude the answers that have come; one that came before its predecessor waits for it."""
+        touched = {}
+        for job, estimate in self._workers.collect():
+            run = touched[job.axis.name] = self._fleet.runs[job.axis.name]
+            run.answers[job.row] = estimate
+        for run in touched.values():
+            while run.order and run.order[0] in run.answers:
+                row = run.order.popleft()
+                self._conclude(run, row, run.answers.pop(row))

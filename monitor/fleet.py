@@ -1,0 +1,89 @@
+"""All axes of one daemon: those of the configuration, taken up where the history left them, and strangers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import structlog
+
+from monitor.axis_run import AxisRun, drift_rule, needs_stream, window_rule
+from monitor.config import Config
+from monitor.drift import DriftState
+from monitor.store import Store
+from monitor.windows import Assembler
+from plant import keys
+from plant.axis import Axis
+from plant.errors import ParameterError
+
+log = structlog.get_logger()
+
+MAX_UNKNOWN = 100  # axes that are not listed and yet counted one by one
+
+
+class Fleet:
+    """The axes by name. Belongs to the supervising thread."""
+
+    def __init__(self, config: Config, axes: Mapping[str, Axis], store: Store) -> None:
+        """Take up every axis of the history; those of `axes` are listed."""
+        self._config, self._store = config, store
+        self.unknown_keys = 0
+        self.runs = self._take_up(axes)
+        self._strangers = sum(run.axis is None for run in self.runs.values())
+        self._by_key: dict[str, AxisRun] = {}
+
+    def __iter__(self) -> Iterator[AxisRun]:
+        """Every axis, listed or not."""
+        return iter(self.runs.values())
+
+    def _take_up(self, axes: Mapping[str, Axis]) -> dict[str, AxisRun]:
+        runs = {}
+        by_id = {}
+        for name, record in self._store.register(axes.values()).items():
+            run = by_id[record.id] = runs[name] = AxisRun(record)
+            if (axis := axes.get(name)) is None:
+                continue
+            run.axis, run.rule = axis, drift_rule(axis, self._config)
+            if not needs_stream(axis):
+                self.assemble(run, axis, None)
+            run.drift = DriftState.from_dict(record.drift) if record.drift else DriftState()
+            run.alarms = self._store.alarms(record.id)
+        for row, axis_id, window in self._store.pending():
+            run = by_id[axis_id]
+            if run.axis is not None:
+                run.waiting.append((row, window))
+                run.order.append(row)
+        return runs
+
+    def assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:
+        """Give `run` its assembler; `step_ns` [ns] is the sample time where only the stream shows it."""
+        gaps = self._store.gaps_of(run.record.id, run.record.stream.epoch)
+        run.assembler = Assembler(window_rule(axis, self._config, step_ns), run.record.stream, gaps)
+        return run.assembler
+
+    def of_key(self, key: str) -> AxisRun | None:
+        """The axis a key names; unknown ones are noted, up to a limit."""
+        if (run := self._by_key.get(key)) is not None:
+            return run
+        try:
+            _, name = keys.axis_of(key, self._config.zenoh.prefix)
+        except ParameterError:
+            self.unknown_keys += 1
+            return None
+        run = self.runs.get(name) or self._note_stranger(name)
+        if run is not None:
+            self._by_key[key] = run
+        return run
+
+    def _note_stranger(self, name: str) -> AxisRun | None:
+        if self._strangers >= MAX_UNKNOWN:
+            self.unknown_keys += 1
+            return None
+        self._strangers += 1
+        run = self.runs[name] = AxisRun(self._store.add_unknown(name))
+        log.warning("an axis streams that the configuration does not list", axis=name)
+        return run
+
+    @property
+    def backlog(self) -> int:
+        """Windows without a stored answer."""
+        return sum(len(run.order) for run in self)
