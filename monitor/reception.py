@@ -1,4 +1,4 @@
-"""The way in: message -> checked block -> journal -> waiting windows. What cannot be taken is counted with its reason."""
+"""The way in: message -> checked block -> journal -> waiting windows. What is refused is counted with its reason."""
 
 from __future__ import annotations
 
