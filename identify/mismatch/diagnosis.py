@@ -17,6 +17,7 @@ from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Fit, fit, free_run_ratio
 from identify.mismatch.data import Evidence, digest, gather
 from identify.mismatch.detect import detectable
+from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting, guises
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, locate, named_location
@@ -191,6 +192,7 @@ class _Report:
         if location is not None:
             wanted += [location.coordinate, *location.alternatives]
         named = chosen if chosen is not baseline else None
+        recorded = native(self.recordings, self.axis, evidence)
         return Diagnosis(
             verdict=verdict,
             axis=self.axis.name,
@@ -202,7 +204,10 @@ class _Report:
                 "baseline": Pair(baseline.short_run(), held[0]),
                 "extended": Pair(chosen.short_run(), held[1]),
             },
-            force_error={"baseline": self._force_errors(baseline), "extended": self._force_errors(chosen)},
+            force_error={
+                name: force_errors(fitted.problem, fitted.x, recorded)
+                for name, fitted in (("baseline", baseline), ("extended", chosen))
+            },
             held_out_kind=evidence.kind,
             run_length=RUN_LENGTH,
             remaining_force=remaining,
@@ -220,11 +225,6 @@ class _Report:
         problem = fitted.problem.on(self.evidence.held_out)
         x = np.concatenate([fitted.x[: problem.p], np.zeros(2 * self.evidence.held_out.runs)])
         return Fit(problem, dataclasses.replace(fitted.found, x=x)).short_run()
-
-    def _force_errors(self, fitted: Fit) -> Pair:
-        """Force error on train and held-out samples. [%]."""
-        errors = [unexplained(fitted.problem, fitted.x, part) for part in (self.evidence.train, self.evidence.held_out)]
-        return Pair(*(None if error is None else error.error for error in errors))
 
     def _effects(self, spread: Uncertainty) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""

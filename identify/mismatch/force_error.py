@@ -1,0 +1,65 @@
+"""The figure the robotics literature quotes: force error of the inverse model, at the rate the drive recorded.
+
+Averaging a fast recording down before the figure is taken would hide, or add, what happens between two averages; the
+published values of benchmark machines are at the recorded rate, and so are these.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.data import Evidence
+from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.inverse import unexplained
+from identify.mismatch.result import Pair
+from identify.preprocess import SHORTEST_RUN, Samples, prepare
+from plant.axis import Axis
+from plant.recording import Recording
+
+Floats = NDArray[np.float64]
+
+SAME_RATE = 0.7  # of the analysis' sample time: a recording at least this slow was not averaged
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Native:
+    """The fitted and the unseen samples, each recording at its own rate."""
+
+    train: tuple[Samples, ...]
+    held_out: tuple[Samples, ...]
+
+
+def native(recordings: Sequence[Recording], axis: Axis, evidence: Evidence) -> Native:
+    """Split `recordings` as `evidence` was split, without averaging; `evidence` itself where nothing was averaged."""
+    now = [r for r in recordings if r.note.strip() != "commissioning"] or list(recordings)
+    periods = [float(np.median(np.diff(recording.t))) for recording in now]
+    if min(periods) > SAME_RATE * evidence.train.sample_time:
+        return Native((evidence.train,), (evidence.held_out,))
+    fast = [
+        prepare(recording, dataclasses.replace(axis, analysis_sample_time=period))
+        for recording, period in zip(now, periods, strict=True)
+    ]
+    if len(fast) > 1:
+        return Native(tuple(fast[:-1]), (fast[-1],))
+    cut = int(np.searchsorted(fast[0].t, evidence.held_out.t[0]))
+    return Native((fast[0].part(0, cut),), (fast[0].part(cut, len(fast[0])),))
+
+
+def force_errors(problem: ExtendedProblem, x: Floats, parts: Native) -> Pair:
+    """100 ||F - F^|| / ||F|| of the drive force on fitted and on unseen samples; None without an inverse. [%]."""
+    return Pair(_error(problem, x, parts.train), _error(problem, x, parts.held_out))
+
+
+def _error(problem: ExtendedProblem, x: Floats, parts: Sequence[Samples]) -> float | None:
+    """Pooled over `parts`."""
+    lacking = force = 0.0
+    for samples in parts:
+        one = unexplained(problem, x, samples) if len(samples) > SHORTEST_RUN else None
+        if one is not None:
+            lacking += float(np.sum(one.lacking**2))
+            force += float(np.sum(one.force**2))
+    return 100.0 * float(np.sqrt(lacking / force)) if force > 0.0 else None

@@ -1,0 +1,61 @@
+"""The force error is that of the recorded rate, and what a textbook computes."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from identify.mismatch.data import gather
+from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.force_error import force_errors, native
+from identify.mismatch.inverse import unexplained
+from tests.identify.test_mismatch import recorded
+
+
+@pytest.fixture(scope="module", params=[1, 2], ids=["one recording", "two recordings"])
+def fast(request, tmp_path_factory):
+    """A machine at 1 kHz with nothing hidden: case, axis, recordings, evidence."""
+    spec = {"excitation": "loop_scurve", "period": 0.001, "duration": 8.0, "recordings": request.param, "noise": 1e-5}
+    case, axis, recordings = recorded(tmp_path_factory.mktemp("fast"), seed=5401, **spec)
+    return case, axis, recordings, gather(recordings, axis)
+
+
+def test_fast_recordings_are_split_as_the_evidence_but_not_averaged(fast):
+    _, _, recordings, evidence = fast
+    parts = native(recordings, fast[1], evidence)
+    assert evidence.train.sample_time == pytest.approx(0.005)
+    assert [part.sample_time for part in (*parts.train, *parts.held_out)] == pytest.approx([0.001] * 2)
+    assert sum(map(len, (*parts.train, *parts.held_out))) == sum(map(len, recordings))
+    if evidence.kind == "time":
+        assert parts.held_out[0].t[0] == pytest.approx(evidence.held_out.t[0], abs=0.002)
+
+
+def test_slow_recordings_are_taken_as_they_were_fitted(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5402, excitation="multisine", duration=8.0)
+    evidence = gather(recordings, axis)
+    assert native(recordings, axis, evidence).train[0] is evidence.train
+
+
+def test_the_force_error_is_that_of_a_textbook_inverse_model(fast):
+    """m_e a + M g + friction of the true machine by numpy, position and residual through the same filter."""
+    case, axis, recordings, evidence = fast
+    plant = case.plant
+    problem = ExtendedProblem(evidence.train, axis)
+    names = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient")
+    x = problem.encode({name: getattr(plant, name) for name in names} | {"constant_force": 0.0})
+    parts = native(recordings, axis, evidence)
+    samples = parts.train[0]
+    ours = unexplained(problem, x, samples)
+    sections = butter(4, 100.0 / 500.0, output="sos")
+    position = sosfiltfilt(sections, samples.position)
+    velocity = np.gradient(position, 0.001)
+    acceleration = np.append(np.diff(velocity), 0.0) / 0.001  # the force is held from this sample to the next
+    velocity = np.append(0.5 * (velocity[1:] + velocity[:-1]), 0.0)
+    speed = np.abs(velocity)
+    bump = (plant.static_force - plant.coulomb_force) * np.exp(-speed / plant.stribeck_velocity)
+    dry = np.sign(velocity) * (plant.coulomb_force + bump)
+    model = plant.moving_mass * acceleration + plant.weight + dry + plant.viscous_coefficient * velocity
+    lacking = sosfiltfilt(sections, samples.force - model)[ours.index]
+    sliding = (sosfiltfilt(sections, (speed < 0.01).astype(float)) < 1e-3)[ours.index]  # at rest friction has no value
+    assert np.mean(sliding) > 0.3
+    assert np.linalg.norm((ours.lacking - lacking)[sliding]) < 0.2 * np.linalg.norm(lacking[sliding])
+    assert force_errors(problem, x, parts).train == pytest.approx(ours.error)
