@@ -10,20 +10,17 @@ from typing import Any
 import structlog
 import zenoh
 
+from monitor import questions
 from monitor.errors import QueryError
 from monitor.queries import Reader
-from monitor.query_rows import POINTS, SCHEMA_VERSION
-from monitor.times import parse_duration, parse_time
+from monitor.questions import SCHEMA_VERSION
 from plant import keys
 from plant.errors import TribowatchError
 
 log = structlog.get_logger()
 THREADS = 2
 WAITING = 32  # queries; more are refused, so that nobody can pile them up
-ALLOWED = {
-    "parameters": ("from", "to", "since", "parameter", "points"),
-    "alerts": ("from", "to", "active", "limit"),
-}
+ANSWERS = {"parameters": questions.parameters, "alerts": questions.alerts}
 
 
 class HistoryServer:
@@ -94,39 +91,12 @@ def answer(reader: Reader, key: str, asked: dict[str, str], prefix: str) -> dict
     if "*" in key:
         raise QueryError("ask for one axis by name: wildcards are not answered")
     axis, what = key.removeprefix(f"{prefix}/").split("/")[1], key.rsplit("/", 1)[1]
-    for name in asked:
-        if name not in ALLOWED[what]:
-            raise QueryError(f"query parameter {name!r} is not known; {what} takes {', '.join(ALLOWED[what])}")
-    from_ns = parse_time(asked["from"]) if "from" in asked else None
-    to_ns = parse_time(asked["to"]) if "to" in asked else None
-    if what == "parameters":
-        return reader.history(
-            axis,
-            parameter=asked.get("parameter"),
-            since_ns=parse_duration(asked["since"]) if "since" in asked else None,
-            from_ns=from_ns,
-            to_ns=to_ns,
-            points=_whole(asked, "points"),
-        )
-    active = "active" in asked and asked["active"] not in ("false", "0", "no")
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "axis": axis,
-        "alerts": reader.alerts(axis, active=active),
-        "transitions": reader.transitions(axis, from_ns=from_ns, to_ns=to_ns, limit=_whole(asked, "limit")),
-    }
+    return ANSWERS[what](reader, axis, asked)
 
 
 def _asked(query: zenoh.Query) -> dict[str, str]:
     pairs: Any = query.parameters  # iterates over (name, value), which its stub does not say
     return {str(name): str(value) for name, value in pairs}
-
-
-def _whole(asked: dict[str, str], name: str) -> int:
-    text = asked.get(name, str(POINTS))
-    if not text.isdecimal() or not 1 <= int(text) <= 20_000:
-        raise QueryError(f"{name} is {text!r}, but must be a whole number from 1 to 20000")
-    return int(text)
 
 
 def _refuse(query: zenoh.Query, message: str) -> None:
