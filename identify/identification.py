@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from identify.criterion import one_run_criterion, short_run_criterion
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, uninformative, unusable, with_hints
+from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
 from identify.outliers import late_outliers, without
 from identify.output_error import output_error_search
@@ -19,10 +20,12 @@ from identify.polish import polish
 from identify.preprocess import Samples, prepare
 from identify.problem import FrictionProblem
 from identify.profile import BETTER, Alternative, alternatives, doubtful
+from identify.promoted import describe_effects, with_effects
 from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
 from identify.search import SearchResult, observer_search
 from identify.uncertainty import Uncertainty, uncertainty
 from plant.axis import Axis
+from plant.effects import find
 from plant.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -46,6 +49,7 @@ def identify_friction(
     method: str = "ga+polish",
     criterion: str = "observer",
     start: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
 ) -> IdentificationResult:
     """Identify the friction law of eq. (1) and (5) from one recording.
 
@@ -58,16 +62,23 @@ def identify_friction(
         criterion: what "ga+polish" minimises: "observer", the one-step prediction with a disturbance observer, right
             on machines with unmodelled forces; or "output_error", eq. (4) over one free run, right without them only.
         start: parameter values to try first, for instance the axis' last answer; they compete, they do not bind.
+        effects: names of effects that the axis is known to have, for instance "rail_defect"; their parameters are
+            fitted together with the friction and called "rail_defect.amplitude" and so on.
 
     Returns:
         Parameters with 95 % intervals and verdict; unusable samples give the verdict `bad_data`.
 
     Raises:
-        InputError: an unknown method or criterion.
+        InputError: an unknown method, criterion or effect, or effects with a method or criterion that knows none.
     """
     for word, value, known in (("method", method, METHODS), ("criterion", criterion, CRITERIA)):
         if value not in known:
             raise InputError(f"{word} {value!r} is not known: use one of {', '.join(known)}")
+        if effects and value != known[0]:
+            wanted = ", ".join(effects)
+            raise InputError(f"{word} {value!r} fits no effects, but {wanted} is asked for: use {known[0]!r}")
+    for name in effects:
+        find(name)  # a wrong name is an error whatever the samples are
     reason = unusable(recording, axis)
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
@@ -77,7 +88,7 @@ def identify_friction(
     reason = too_broken(samples)
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
-    problem, found = fit(samples, axis, np.random.default_rng(seed), start, criterion)
+    problem, found = fit(samples, axis, np.random.default_rng(seed), start, criterion, effects)
     if problem.samples.mended_force:
         problem, found = _ask_the_position(recording, problem, found)
     samples = problem.samples
@@ -85,7 +96,10 @@ def identify_friction(
     others: list[Alternative] = []
     if doubtful(found.x, spread):
         problem, found, spread, others = _look_along_the_valley(problem, found, spread)
-    parameters = with_hints(samples, describe(problem, found.x, spread, others), axis)
+    parameters = describe(problem, found.x, spread, others)
+    if isinstance(problem, ExtendedProblem):
+        parameters.update(describe_effects(problem, found, spread))
+    parameters = with_hints(samples, parameters, axis)
     usual, fastest = median_speed(samples)
     curve = FrictionCurve(
         found.x[:4].copy(),
@@ -122,18 +136,21 @@ def fit(
     rng: np.random.Generator,
     start: Mapping[str, float] | None = None,
     criterion: str = "observer",
+    effects: Sequence[str] = (),
 ) -> tuple[FrictionProblem, SearchResult]:
     """Search, polish in fine steps, and once more without the outliers that only the model could tell."""
     problem = FrictionProblem(samples, axis)
     search = observer_search if criterion == "observer" else output_error_search
     found = search(problem, rng, None if start is None else problem.encode(start))
+    if effects:
+        problem, found = with_effects(problem, found, effects, start or {}, rng)
     problem, found = finish(problem, found)
     bad = late_outliers(problem, found.x, found.gain)
     if not bad.any():
         return problem, found
-    fewer = without(samples, bad)
+    fewer = without(problem.samples, bad)
     note = f"position outliers against the fitted model not used: {np.count_nonzero(bad)}"
-    return finish(problem.masked(dataclasses.replace(fewer, removed=(*samples.removed, note))), found)
+    return finish(problem.masked(dataclasses.replace(fewer, removed=(*fewer.removed, note))), found)
 
 
 def _ask_the_position(
@@ -214,7 +231,7 @@ def describe(
     level = max(x[0], x[1], 1e-12)
     friction = max(level, x[0] + x[3])  # at the speed that scales the unknowns
     parameters = {}
-    for index, (name, unit, value, logarithmic, scale) in enumerate(problem.named(x)):
+    for index, (name, unit, value, logarithmic, scale) in enumerate(problem.named(x)):  # effects are not among them
         at_bound = bool(spread.at_bound[index])
         if logarithmic:
             known = half[index] < LOG_KNOWN
@@ -240,8 +257,7 @@ def _held_out(problem: FrictionProblem, found: SearchResult) -> float:
     """Eq. (4) over one-second free runs on the last 40 %, fitted on the first 60 %. [1]"""
     samples = problem.samples
     cut = int(TRAIN * len(samples))
-    train = FrictionProblem(samples.part(0, cut), problem.axis, scales=problem.scales)
-    test = FrictionProblem(samples.part(cut, len(samples)), problem.axis, scales=problem.scales)
+    train, test = problem.on(samples.part(0, cut)), problem.on(samples.part(cut, len(samples)))
     begin = np.concatenate([found.x[: problem.p + 2 * train.samples.runs]])
     fitted = polish(train, begin, found.gain, 15).x
     return short_run_criterion(test, np.concatenate([fitted[: problem.p], np.zeros(2 * test.samples.runs)]))
