@@ -19,6 +19,9 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 from monitor.errors import ConfigError
 from plant.axis import AXIS_NAME, Axis
 
+CLOSED = ("tls/", "unixsock-stream/")  # endpoints that ask for a certificate or lie in a folder with permissions
+LOOPBACK = re.compile(r"/(127\.\d+\.\d+\.\d+|localhost|\[::1\]):")
+
 Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
 
@@ -100,6 +103,20 @@ class HistorySection(_Section):
     keep_raw_windows: int = Field(default=4, ge=0, description="newest windows per axis whose raw samples are kept")
 
 
+class SecuritySection(_Section):
+    """Who may connect: certificates of a private authority, and what each may do; see docs/security.md."""
+
+    identity: str = Field(
+        default="",
+        description="folder with ca.pem, certificate.pem, key.pem of this daemon; empty = no TLS, loopback only",
+    )
+    publishers: dict[str, tuple[str, ...]] = Field(
+        default={}, description='axes that a certificate\'s common name may publish: { "gateway-1" = ["*"] }'
+    )
+    viewers: tuple[str, ...] = Field(default=(), description="common names that may read answers, alerts and history")
+    operators: tuple[str, ...] = Field(default=(), description="common names that may also acknowledge and shelve")
+
+
 class LogSection(_Section):
     """What is logged, on stderr."""
 
@@ -130,6 +147,7 @@ class Config(BaseSettings):
     drift: DriftSection = DriftSection()
     alarms: AlarmsSection = AlarmsSection()
     history: HistorySection = HistorySection()
+    security: SecuritySection = SecuritySection()
     log: LogSection = LogSection()
     axis: tuple[AxisSection, ...] = ()
 
@@ -177,7 +195,34 @@ def read_config(path: Path) -> Config:
         raise ConfigError(f"{path} with environment: {error}") from None
     base = path.resolve().parent
     axes = tuple(AxisSection(file=base / entry.file) for entry in config.axis)
-    return config.model_copy(update={"state_dir": base / config.state_dir, "axis": axes})
+    identity = str(base / config.security.identity) if config.security.identity else ""
+    security = config.security.model_copy(update={"identity": identity})
+    config = config.model_copy(update={"state_dir": base / config.state_dir, "axis": axes, "security": security})
+    if problem := link_problem(config.zenoh.listen, config.security):
+        raise ConfigError(f"{path}: {problem}")
+    return config
+
+
+def link_problem(listen: tuple[str, ...], security: SecuritySection) -> str | None:
+    """What is wrong between endpoints and certificates, in one line; None where nothing is."""
+    if security.identity:
+        plain = [endpoint for endpoint in listen if not endpoint.startswith(CLOSED)]
+        if plain:
+            return (
+                f"zenoh.listen has {plain[0]!r}, which asks nobody for a certificate; with [security] use tls/<address>"
+            )
+        return None
+    if security.publishers or security.viewers or security.operators:
+        return "security names roles but no identity; give security.identity, else nobody's certificate is asked for"
+    secure = next((endpoint for endpoint in listen if endpoint.startswith("tls/")), None)
+    return None if secure is None else f"zenoh.listen has {secure!r}, but security.identity is empty; give its folder"
+
+
+def open_to_all(config: Config) -> tuple[str, ...]:
+    """Endpoints at which anybody on the network may feed, read and command."""
+    if config.security.identity:
+        return ()
+    return tuple(one for one in config.zenoh.listen if not one.startswith(CLOSED) and not LOOPBACK.search(one))
 
 
 def read_axes(config: Config) -> dict[str, Axis]:

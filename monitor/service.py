@@ -16,7 +16,7 @@ from types import FrameType
 
 import structlog
 
-from monitor.config import Config, read_axes, read_config
+from monitor.config import Config, open_to_all, read_axes, read_config
 from monitor.errors import AlreadyRunningError, DatabaseError
 from monitor.logs import configure_logging
 from plant.axis import Axis
@@ -63,6 +63,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
+    from monitor.access import security_settings
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
     from monitor.pipeline import Pipeline
@@ -80,7 +81,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         workers = Workers(config.workers, retries=settings.retries, timeout=settings.timeout_seconds, wake=inbox.wake)
         stack.callback(workers.close)
         net = config.zenoh
-        session = open_session(net.mode, net.listen, net.connect)
+        session = open_session(net.mode, net.listen, net.connect, **security_settings(config))
         stack.callback(session.close)
         publications = Publications(session, config.site, net.prefix)
         stack.callback(publications.close)
@@ -91,6 +92,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         intake = Intake(session, config.site, net.prefix, inbox)
         publications.alive(WHO)
         log.info("watching", site=config.site, axes=len(axes), listen=list(net.listen), backlog=pipeline.backlog)
+        for endpoint in open_to_all(config):
+            log.warning("anybody on the network may feed and read here: see docs/security.md", endpoint=endpoint)
         if ready is not None:
             ready()
         try:

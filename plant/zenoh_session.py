@@ -6,11 +6,13 @@ import json
 import re
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Literal
 
 import zenoh
 
 from plant.errors import ParameterError, ReachError
+from plant.identity_files import VARIABLE, identity_from_environment, link_settings
 
 Mode = Literal["client", "peer", "router"]
 _ENDPOINT = r"(tcp|tls|udp|quic|ws|unixsock-stream|serial|vsock)/\S+"
@@ -23,6 +25,7 @@ def session_config(
     connect: Sequence[str] = (),
     *,
     open_timeout: float = 5.0,
+    identity: Path | None = None,
     extra: Sequence[tuple[str, object]] = (),
 ) -> zenoh.Config:
     """Make a configuration without multicast, gossip and shared memory.
@@ -33,14 +36,19 @@ def session_config(
         listen: endpoints, `tcp/127.0.0.1:7447`; none means none, never all interfaces.
         connect: endpoints of the daemon.
         open_timeout: longest wait for a handshake. [s]
-        extra: further Zenoh keys and values (TLS, access control), as `insert_json5` takes them.
+        identity: folder with our certificate, for `tls/` endpoints; default is what `TRIBOWATCH_IDENTITY` names.
+        extra: further Zenoh keys and values (access control), as `insert_json5` takes them.
 
     Raises:
-        ParameterError: an endpoint or a key of `extra` that Zenoh does not know.
+        ParameterError: an endpoint or a key of `extra` that Zenoh does not know, or a `tls/` endpoint without identity.
     """
     for endpoint in (*listen, *connect):
         if not re.fullmatch(_ENDPOINT, endpoint):
             raise ParameterError("endpoint", repr(endpoint), "<protocol>/<address>, like tcp/127.0.0.1:7447")
+    secured = [endpoint for endpoint in (*listen, *connect) if endpoint.startswith("tls/")]
+    identity = identity or identity_from_environment()
+    if secured and identity is None:
+        raise ParameterError("endpoint", repr(secured[0]), f"with an identity: set {VARIABLE} to its folder")
     config = zenoh.Config()
     settings: list[tuple[str, object]] = [
         ("mode", mode),
@@ -54,6 +62,7 @@ def session_config(
         ("transport/link/tx/lease", 5000),
         ("transport/link/rx/max_message_size", 4 << 20),
         ("transport/shared_memory/enabled", False),
+        *(link_settings(identity) if secured and identity else ()),
         *extra,
     ]
     for key, value in settings:
@@ -70,6 +79,7 @@ def open_session(
     connect: Sequence[str] = (),
     *,
     timeout: float = 5.0,
+    identity: Path | None = None,
     extra: Sequence[tuple[str, object]] = (),
 ) -> zenoh.Session:
     """Open a session; use it as a context manager, an unclosed one can hang the interpreter at exit.
@@ -77,17 +87,18 @@ def open_session(
     A client tries again until `timeout`: Zenoh itself gives up at once, or waits for ever. Once open it reconnects.
 
     Args:
-        mode: see `session_config`, as are `listen`, `connect` and `extra`.
+        mode: see `session_config`, as are `listen`, `connect`, `identity` and `extra`.
         listen: endpoints to listen on.
         connect: endpoints to connect to.
         timeout: how long a client keeps trying. [s]
+        identity: folder with our certificate.
         extra: further Zenoh settings.
 
     Raises:
         ReachError: nobody answers at `connect`, or `listen` cannot be had; says which and what to do.
         ParameterError: an endpoint or setting that Zenoh does not know.
     """
-    config = session_config(mode, listen, connect, open_timeout=timeout, extra=extra)
+    config = session_config(mode, listen, connect, open_timeout=timeout, identity=identity, extra=extra)
     deadline = time.monotonic() + timeout
     pause = 0.05
     while True:
@@ -101,6 +112,11 @@ def open_session(
 
 
 def _unreached(mode: Mode, listen: Sequence[str], connect: Sequence[str], said: str) -> ReachError:
+    if mode == "client" and any(endpoint.startswith("tls/") for endpoint in connect):
+        return ReachError(
+            f"no link to {', '.join(connect)}: nobody listens there, or the certificates are not of one authority, not "
+            "for this address, or expired (openssl x509 -noout -dates -ext subjectAltName -in certificate.pem)"
+        )
     if mode == "client":
         return ReachError(f"no daemon at {', '.join(connect)}: start it with 'tribowatch run --config FILE'")
     if "in use" in said.lower():

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from monitor.config import read_axes, read_config
+from monitor.access import access_control
+from monitor.config import open_to_all, read_axes, read_config
 from monitor.errors import ConfigError
 from plant.axis_file import write_axis
 from plant.presets import paper_axis
@@ -90,3 +91,33 @@ def test_axes_are_read_and_names_are_unique(write, tmp_path):
     assert list(read_axes(read_config(write('site = "p"\n[[axis]]\nfile = "a.toml"')))) == ["axis-1"]
     with pytest.raises(ConfigError, match="listed twice"):
         read_axes(read_config(write('site = "p"\n[[axis]]\nfile = "a.toml"\n[[axis]]\nfile = "b.toml"')))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[security]\nidentity = "pki/daemon"', "asks nobody for a certificate"),
+        ('[security]\nviewers = ["office"]', "no identity"),
+        ('[zenoh]\nlisten = ["tls/0.0.0.0:7447"]', "security.identity is empty"),
+    ],
+)
+def test_endpoints_and_certificates_must_agree(write, text, said):
+    with pytest.raises(ConfigError, match=said):
+        read_config(write(f'site = "plant-1"\n{text}\n'))
+
+
+def test_an_endpoint_open_to_all_is_known(write):
+    config = read_config(
+        write('site = "plant-1"\n[zenoh]\nlisten = ["tcp/127.0.0.1:1", "tcp/[::1]:2", "tcp/0.0.0.0:3", "tcp/host:4"]\n')
+    )
+    assert open_to_all(config) == ("tcp/0.0.0.0:3", "tcp/host:4")
+
+
+def test_access_control_has_no_dangling_names():
+    control = access_control("p", "s", publishers={"gw": ["a", "b"], "all": ["*"]}, viewers=["v"], operators=["o"])
+    rules = [rule["id"] for rule in control["rules"]]
+    subjects = [subject["id"] for subject in control["subjects"]]
+    assert len(set(rules)) == len(rules)
+    assert sorted(name for policy in control["policies"] for name in policy["rules"]) == sorted(rules)
+    assert [name for policy in control["policies"] for name in policy["subjects"]] == subjects
+    assert control["default_permission"] == "deny"

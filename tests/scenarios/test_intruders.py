@@ -1,0 +1,141 @@
+"""Strangers stay out: a real daemon with certificates and roles, and everybody who should not get in, tried."""
+
+import shutil
+import subprocess
+import time
+
+import pytest
+
+from monitor.queries import Reader
+from plant import keys
+from plant.errors import ParameterError, ReachError
+from plant.publisher import SamplePublisher
+from plant.zenoh_session import open_session
+from tests.scenarios.harness import ROOT, SITE, START_NS, Ear, Plant, blocks_of, burst, wait_for
+
+SCRIPT = ROOT / "deploy" / "security" / "private-ca.sh"
+pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="the private authority needs openssl")
+
+
+def authority(folder, *names):
+    """A private authority and identities, made by the script people are told to use."""
+    subprocess.run([SCRIPT, "init", folder], check=True, capture_output=True)
+    for name in names:
+        subprocess.run([SCRIPT, "issue", folder, name, "127.0.0.1", "localhost"], check=True, capture_output=True)
+    return folder
+
+
+def expire(folder, name):
+    """An identity of the authority in `folder` that was good until yesterday."""
+    subprocess.run([SCRIPT, "issue", folder, name, "127.0.0.1"], check=True, capture_output=True)
+    here = folder / name
+    request = ["openssl", "req", "-new", "-key", here / "key.pem", "-subj", f"/CN={name}", "-out", here / "csr"]
+    subprocess.run(request, check=True, capture_output=True)
+    (here / "index").write_text("")
+    (here / "serial").write_text("99")
+    (here / "ca.cnf").write_text(
+        f"[ca]\ndefault_ca=d\n[d]\ndatabase={here}/index\nserial={here}/serial\nnew_certs_dir={here}\n"
+        "default_md=sha256\npolicy=p\n[p]\ncommonName=supplied\n"
+    )
+    sign = ["openssl", "ca", "-batch", "-config", here / "ca.cnf", "-cert", folder / "ca.pem"]
+    sign += ["-keyfile", folder / "ca.key", "-startdate", "20200101000000Z", "-enddate", "20200201000000Z"]
+    sign += ["-in", here / "csr", "-out", here / "certificate.pem", "-notext"]
+    subprocess.run(sign, check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """A daemon that asks for certificates; folders of everybody's identity."""
+    folder = tmp_path_factory.mktemp("secured")
+    pki = authority(folder / "pki", "daemon", "gateway", "office", "shift", "stranger")
+    expire(pki, "late")
+    authority(folder / "foreign", "gateway")
+    roles = '[security]\nidentity = "pki/daemon"\nviewers = ["office"]\noperators = ["shift"]\n'
+    roles += 'publishers = { gateway = ["axis-1"] }\n'
+    with Plant(folder, settings=roles) as plant:
+        plant.endpoint = plant.endpoint.replace("tcp/", "tls/")
+        plant.config.write_text(plant.config.read_text().replace("tcp/", "tls/"))
+        plant.start()
+        yield plant
+
+
+def session(site, who, authority="pki", timeout=20.0):
+    return open_session("client", connect=[site.endpoint], identity=site.folder / authority / who, timeout=timeout)
+
+
+def samples_of(site, axis="axis-1"):
+    with Reader(site.url) as reader:
+        return next((one.samples for one in reader.axes() if one.name == axis), 0)
+
+
+def send(site, link, axis="axis-1", epoch=1):
+    torque, position = burst(site.axis)
+    with SamplePublisher(link, SITE, axis, epoch=epoch) as publisher:
+        for block in blocks_of(axis, epoch, 0, START_NS, torque, position):
+            publisher.put(block)
+        time.sleep(1.0)  # long enough for what must not arrive; what must is waited for
+
+
+def test_each_role_can_do_its_own_and_no_more(site):
+    with session(site, "gateway") as gateway, session(site, "office") as office:
+        ear, raw = Ear(office), []
+        spy = office.declare_subscriber(keys.samples_pattern(SITE), raw.append)
+        at_gateway = Ear(gateway)
+        send(site, gateway)
+        wait_for(lambda: samples_of(site) == 2000, 30, "the gateway's samples in the history")
+        wait_for(lambda: ear.heard["parameters"] and ear.heard["model"] and ear.heard["status"], 60, "answers")
+        wait_for(lambda: at_gateway.committed() == 1999, 30, "the gateway reads its acknowledgement")
+        assert not raw, "a viewer never gets raw samples"
+        assert not at_gateway.heard["parameters"], "a publisher reads the status of its axes and nothing else"
+        asked = keys.history_key(SITE, "axis-1", "parameters")
+        replies = list(office.get(f"{asked}?parameter=coulomb_force", timeout=20.0))
+        assert replies, "a viewer asks the history"
+        assert replies[0].ok is not None
+        assert not list(gateway.get(f"{asked}?parameter=coulomb_force", timeout=2.0)), "a publisher does not"
+        spy.undeclare()
+        ear.close()
+        at_gateway.close()
+
+
+@pytest.mark.parametrize(
+    ("who", "axis"),
+    [("office", "axis-1"), ("shift", "axis-1"), ("stranger", "axis-1"), ("gateway", "axis-2")],
+    ids=["viewer", "operator", "no role", "somebody else's axis"],
+)
+def test_nobody_else_can_publish(site, who, axis):
+    before = samples_of(site, axis)
+    with session(site, who) as link:
+        send(site, link, axis, epoch=100)
+    assert samples_of(site, axis) == before
+
+
+def test_a_stranger_with_a_good_certificate_reads_nothing(site):
+    with session(site, "stranger") as link:
+        ear = Ear(link)
+        with session(site, "gateway") as gateway:
+            send(site, gateway, epoch=2)
+        wait_for(lambda: samples_of(site) >= 4000, 30, "samples that the stranger must not see answered")
+        assert not any(ear.heard.values())
+        assert not list(link.get(keys.history_key(SITE, "axis-1", "parameters"), timeout=2.0))
+        ear.close()
+
+
+@pytest.mark.parametrize(("who", "authority"), [("gateway", "foreign"), ("late", "pki")], ids=["foreign", "expired"])
+def test_a_bad_certificate_gets_no_link(site, who, authority):
+    with pytest.raises(ReachError, match="certificates"):
+        session(site, who, authority, timeout=2.0)
+
+
+def test_without_a_certificate_there_is_no_link(site, monkeypatch):
+    monkeypatch.delenv("TRIBOWATCH_IDENTITY", raising=False)
+    with pytest.raises(ParameterError, match="TRIBOWATCH_IDENTITY"):
+        open_session("client", connect=[site.endpoint])
+    with pytest.raises(ReachError):
+        open_session("client", connect=[site.endpoint.replace("tls/", "tcp/")], timeout=1.0)
+
+
+def test_a_key_that_others_can_read_is_refused(site):
+    shutil.copytree(site.folder / "pki" / "office", site.folder / "open")
+    (site.folder / "open" / "key.pem").chmod(0o644)
+    with pytest.raises(ParameterError, match="chmod 600"):
+        open_session("client", connect=[site.endpoint], identity=site.folder / "open")
