@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from identify.criterion import one_run_criterion, short_run_criterion
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, uninformative, unusable, with_hints
+from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
 from identify.outliers import late_outliers, without
@@ -126,6 +127,7 @@ def identify_friction(
         end=float(recording.t[-1]) + recording.period,
         curve=curve,
         observer=(float(found.setting[0]), float(found.setting[1])),
+        latent_force=latent_force(problem, found),
         preprocessing=samples.removed,
     )
 

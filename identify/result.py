@@ -116,6 +116,7 @@ class IdentificationResult:
         curve: friction curve with its band; None where nothing was identified.
         observer: correlation time [s] and strength [1/s²] of the latent force the fit settled on.
         preprocessing: what was averaged or left out, in words.
+        latent_force: force the observer had to supply, what the model leaves unexplained. [N or N·m]
     """
 
     verdict: Verdict
@@ -133,6 +134,7 @@ class IdentificationResult:
     curve: FrictionCurve | None = None
     observer: tuple[float, float] | None = None
     preprocessing: tuple[str, ...] = ()
+    latent_force: float | None = None
 
     def curve_at(self, speeds: ArrayLike) -> tuple[Floats, Floats]:
         """Friction over both directions and its 95 % half-width at `speeds` [m/s]; nan without a curve. [N]."""
@@ -158,4 +160,5 @@ class IdentificationResult:
             "friction_curve": None if self.curve is None else self.curve.to_dict(),
             "observer": None if self.observer is None else dict(zip(("tau", "rho"), self.observer, strict=True)),
             "preprocessing": list(self.preprocessing),
+            "latent_force": self.latent_force,
         }

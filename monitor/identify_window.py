@@ -66,7 +66,7 @@ def identify_window(job: Job) -> Estimate:
         answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method)
     except Exception as error:
         return crashed(job, f"{type(error).__name__}: {error}")
-    curve = _curve(answer)
+    curve = curve_of(answer)
     return Estimate(
         window=job.window,
         verdict=answer.verdict.value,
@@ -103,7 +103,7 @@ def _parameters(answer: IdentificationResult) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-def _curve(answer: IdentificationResult) -> Curve | None:
+def curve_of(answer: IdentificationResult) -> Curve | None:
     """F(v) on the common grid, around the speeds this window visited."""
     if answer.curve is None or not answer.curve.fastest > 0:
         return None
