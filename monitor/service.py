@@ -66,8 +66,10 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.access import security_settings
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
+    from monitor.notify_systemd import Notifier
     from monitor.pipeline import Pipeline
     from monitor.publish_zenoh import Publications
+    from monitor.pulse import Pulse
     from monitor.query_zenoh import HistoryServer
     from monitor.store import Store
     from monitor.workers import Workers
@@ -96,10 +98,21 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             log.warning("anybody on the network may feed and read here: see docs/security.md", endpoint=endpoint)
         if ready is not None:
             ready()
+        notifier = Notifier()
+        pulse = Pulse(
+            notifier,
+            database=store.answer,
+            oldest_job=workers.oldest,
+            job_limit=settings.timeout_seconds,
+            summary=lambda: f"watching {len(axes)} axes, {pipeline.backlog} windows waiting",
+        )
+        notifier.tell(READY=1, STATUS=f"watching {len(axes)} axes")
         try:
             while not stop.is_set():
                 pipeline.step()
+                pulse.beat()
         finally:
+            notifier.tell(STOPPING=1)
             log.info("stopping", backlog=pipeline.backlog)
             intake.close()
             if stop.is_set():

@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, bindparam, delete, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, insert, literal, select, update
 
 from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
@@ -71,6 +71,15 @@ class Store:
     def close(self) -> None:
         """Close every connection."""
         self._engine.dispose()
+
+    def answer(self) -> None:
+        """Return when the database answers.
+
+        Raises:
+            DatabaseError: it does not; says why.
+        """
+        with self._write() as db:
+            db.execute(select(literal(1)))
 
     @contextlib.contextmanager
     def _write(self) -> Iterator[Connection]:

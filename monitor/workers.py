@@ -91,6 +91,7 @@ class Workers:
 
     def _begin(self) -> tuple[Executor, threading.Event]:
         """A new pool, started by a thread of its own: starting takes seconds, and the caller has streams to serve."""
+        self._begun = time.monotonic()
         pool, ready = self._start_pool(self._workers), threading.Event()
         threading.Thread(target=self._warm, args=(pool, ready), name="warm-up", daemon=True).start()
         return pool, ready
@@ -116,6 +117,13 @@ class Workers:
     def busy(self) -> int:
         """Jobs without an answer."""
         return len(self._running) + len(self._suspects)
+
+    def oldest(self) -> float:
+        """How long the oldest job has run, or, where none can, how long the pool has been starting. [s]"""
+        now = time.monotonic()
+        if not self._ready.is_set():
+            return now - self._begun
+        return max((now - attempt.since for attempt in self._running.values()), default=0.0)
 
     def submit(self, job: Job) -> None:
         """Run `job`; its answer comes out of `collect`. Blocks while the pool starts: look at `free` first."""
