@@ -37,7 +37,8 @@ class Base(DeclarativeBase):
     type_annotation_map: ClassVar[dict[Any, Any]] = {int: BigInteger, dict[str, Any]: JSON, list[Any]: JSON}
 
 
-def _axis_key() -> Mapped[int]:
+def axis_key() -> Mapped[int]:
+    """The column that says whose row this is; it goes when the axis goes."""
     return mapped_column(ForeignKey("axis.id", ondelete="CASCADE"))
 
 
@@ -56,6 +57,7 @@ class AxisRow(Base):
     stream: Mapped[dict[str, Any] | None] = mapped_column(comment="StreamState: what the intake needs to go on")
     rejected: Mapped[dict[str, Any]] = mapped_column(default=dict, comment="samples or payloads refused, by reason, 1")
     drift: Mapped[dict[str, Any] | None] = mapped_column(comment="DriftState: baseline and running sums")
+    verdicts: Mapped[dict[str, Any]] = mapped_column(default=dict, server_default="{}", comment="answers by verdict, 1")
 
 
 class BlockRow(Base):
@@ -64,7 +66,7 @@ class BlockRow(Base):
     __tablename__ = "block"
     __table_args__ = (UniqueConstraint("axis_id", "epoch", "seq"), CheckConstraint("n > 0", name="n"))
     id: Mapped[int] = mapped_column(Key, primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     epoch: Mapped[int]
     seq: Mapped[int] = mapped_column(comment="number of the first sample in its epoch")
     n: Mapped[int]
@@ -86,7 +88,7 @@ class GapRow(Base):
         CheckConstraint("missing >= 0", name="missing"),
     )
     id: Mapped[int] = mapped_column(Key, primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     kind: Mapped[str]
     epoch: Mapped[int]
     from_seq: Mapped[int]
@@ -106,7 +108,7 @@ class WindowRow(Base):
         CheckConstraint("samples > 0", name="samples"),
     )
     id: Mapped[int] = mapped_column(Key, primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     epoch: Mapped[int]
     first_seq: Mapped[int]
     samples: Mapped[int] = mapped_column(comment="raw samples, 1")
@@ -121,7 +123,7 @@ class EstimateRow(Base):
     __tablename__ = "estimate"
     __table_args__ = (Index("ix_estimate_axis_id_end_ns", "axis_id", "end_ns"),)
     window_id: Mapped[int] = mapped_column(ForeignKey("window.id", ondelete="CASCADE"), primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     start_ns: Mapped[int] = mapped_column(comment="event time of the first sample, ns")
     end_ns: Mapped[int] = mapped_column(comment="event time of the last sample, ns")
     verdict: Mapped[str] = mapped_column(comment="identified | not_informative | bad_data")
@@ -140,6 +142,7 @@ class EstimateRow(Base):
         default=dict, comment="mean temperature degC, load, speed and travel"
     )
     drift: Mapped[list[Any]] = mapped_column(default=list, comment="drift indicators at this window")
+    axis_version: Mapped[int] = mapped_column(default=1, server_default="1", comment="of the axis' constants and model")
 
 
 class ParameterRow(Base):
@@ -149,7 +152,7 @@ class ParameterRow(Base):
     __table_args__ = (Index("ix_parameter_axis_id_name_end_ns", "axis_id", "name", "end_ns"),)
     window_id: Mapped[int] = mapped_column(ForeignKey("window.id", ondelete="CASCADE"), primary_key=True)
     name: Mapped[str] = mapped_column(primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     end_ns: Mapped[int] = mapped_column(comment="ns")
     value: Mapped[float]
     low: Mapped[float | None] = mapped_column(comment="ci95")
@@ -165,7 +168,7 @@ class AlarmRow(Base):
     __tablename__ = "alarm"
     __table_args__ = (UniqueConstraint("axis_id", "kind"),)
     id: Mapped[int] = mapped_column(Key, primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     kind: Mapped[str]
     state: Mapped[str] = mapped_column(comment="ISA-18.2")
     occurrence: Mapped[int] = mapped_column(default=0, comment="times raised, 1")
@@ -179,7 +182,7 @@ class TransitionRow(Base):
     __tablename__ = "transition"
     __table_args__ = (Index("ix_transition_axis_id_at_ns", "axis_id", "at_ns"),)
     id: Mapped[int] = mapped_column(Key, primary_key=True)
-    axis_id: Mapped[int] = _axis_key()
+    axis_id: Mapped[int] = axis_key()
     kind: Mapped[str]
     event: Mapped[str]
     before: Mapped[str]
