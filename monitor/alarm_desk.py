@@ -83,12 +83,13 @@ class AlarmDesk:
         """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
 
         Raises:
-            QueryError: the axis has no such alarm.
+            QueryError: acknowledging an alarm that was never raised.
         """
-        if kind not in run.alarms:
+        if kind not in run.alarms and event is Event.ACKNOWLEDGE:
             raise QueryError(f"axis {run.record.name!r} has no alarm {kind!r}")
         now_ns = run.record.last_ns or self._wall()
-        record, change = command(run.alarms[kind], event, now_ns, self._rule, author, until_ns)
+        record = run.alarms.setdefault(kind, AlarmRecord(kind))
+        record, change = command(record, event, now_ns, self._rule, author, until_ns)
         if change is None:
             return False
         run.alarms[kind] = record

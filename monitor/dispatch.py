@@ -57,8 +57,10 @@ class Dispatch:
         """Conclude the answers that have come; one that came before its predecessor waits for it."""
         touched = {}
         for job, estimate in self._workers.collect():
-            run = touched[job.axis.name] = self._fleet.runs[job.axis.name]
-            run.answers[job.row] = estimate
+            run = self._fleet.of_row(job.axis.name, job.row)
+            if run is not None:
+                touched[run.record.name] = run
+                run.answers[job.row] = estimate
         for run in touched.values():
             while run.order and run.order[0] in run.answers:
                 row = run.order.popleft()

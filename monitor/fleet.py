@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Mapping
 
 import structlog
@@ -82,6 +83,27 @@ class Fleet:
         run = self.runs[name] = AxisRun(self._store.add_unknown(name))
         log.warning("an axis streams that the configuration does not list", axis=name)
         return run
+
+    def rename(self, old: str, new: str) -> None:
+        """An axis goes by another name from now on."""
+        run = self.runs.pop(old)
+        self.runs[new] = run
+        self._by_key.clear()
+        if run.axis is not None:
+            run.axis = dataclasses.replace(run.axis, name=new)
+
+    def forget(self, name: str) -> None:
+        """An axis that is not listed was deleted."""
+        self.runs.pop(name)
+        self._by_key.clear()
+        self._strangers -= 1
+
+    def of_row(self, name: str, row: int) -> AxisRun | None:
+        """The axis `name` whose window has this row; after a rename the one that has it, None where it was deleted."""
+        run = self.runs.get(name)
+        if run is not None and row in run.order:
+            return run
+        return next((one for one in self if row in one.order), None)
 
     @property
     def backlog(self) -> int:

@@ -1,4 +1,4 @@
-"""More tables of the history: what people and the daemon did with an axis, and what is kept as proof. See `models.py`."""
+"""More tables: what people and the daemon did with an axis, and what is kept as proof. See `models.py`."""
 
 from __future__ import annotations
 

@@ -11,14 +11,14 @@ import time
 from collections.abc import Callable, Mapping
 
 from monitor.alarm_desk import AlarmDesk, Publish
-from monitor.alarms import Event
 from monitor.axis_run import AxisRun
+from monitor.commands import CommandBox
 from monitor.conclusion import Conclusion
 from monitor.config import Config
 from monitor.dispatch import Dispatch
-from monitor.errors import QueryError
 from monitor.fleet import Fleet
 from monitor.inbox import Inbox
+from monitor.operate import Floor, serve
 from monitor.payloads import status_payload
 from monitor.reception import Reception
 from monitor.store import Store
@@ -42,15 +42,18 @@ class Pipeline:
         inbox: Inbox,
         publish: Publish,
         *,
+        commands: CommandBox | None = None,
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], int] = time.time_ns,
     ) -> None:
-        """Take up every listed axis where the history left it."""
+        """Take up every listed axis where the history left it; `commands` are executed in every turn."""
         self._config, self._store, self._inbox = config, store, inbox
         self._publish, self._clock, self._wall = publish, clock, wall
         self._started = self._last_commit = self._last_status = self._last_prune = clock()
         self.alarms = AlarmDesk(config, store, publish, wall)
         self.fleet = Fleet(config, axes, store)
+        self.floor = Floor(config, store, self.fleet, self.alarms, wall)
+        self._commands = commands or CommandBox()
         self.reception = Reception(self.fleet, store, self._tell_status)
         self.conclusion = Conclusion(config, store, self.alarms, publish)
         self.dispatch = Dispatch(config, self.fleet, store, workers, self.conclusion.conclude)
@@ -58,6 +61,7 @@ class Pipeline:
     def step(self, timeout: float = 0.05) -> None:
         """Receive, settle, commit, identify, judge, tell: whatever is due; wait at most `timeout` [s] for input."""
         self.reception.receive(*self._inbox.take(MESSAGES_PER_STEP, timeout))
+        serve(self.floor, self._commands)
         now = self._clock()
         self.reception.settle(now)
         if now - self._last_commit >= self._config.intake.commit_seconds:
@@ -105,16 +109,6 @@ class Pipeline:
     def tell_untold(self) -> None:
         """After a restart: publish the transitions that were stored but perhaps not told."""
         self.alarms.tell_untold({run.record.id: name for name, run in self.runs.items()})
-
-    def command(self, axis: str, kind: str, event: Event, author: str, until_ns: int | None = None) -> bool:
-        """An operator's command to an alarm (acknowledge, shelve, ...); False where it changes nothing.
-
-        Raises:
-            QueryError: no such axis, or no such alarm of it.
-        """
-        if axis not in self.runs:
-            raise QueryError(f"axis {axis!r} is not known")
-        return self.alarms.command(self.runs[axis], kind, event, author, until_ns)
 
     @property
     def runs(self) -> dict[str, AxisRun]:

@@ -64,6 +64,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         os.environ.setdefault(variable, "1")
     os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
     from monitor.access import security_settings
+    from monitor.commands import CommandBox
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
     from monitor.notify_systemd import Notifier
@@ -79,6 +80,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         store = Store(config.database_url, synchronous=config.history.synchronous)
         stack.callback(store.close)
         inbox = Inbox(config.intake.queue_blocks)
+        commands = CommandBox(inbox.wake)
+        stack.callback(commands.close)
         settings = config.identification
         workers = Workers(config.workers, retries=settings.retries, timeout=settings.timeout_seconds, wake=inbox.wake)
         stack.callback(workers.close)
@@ -87,7 +90,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         stack.callback(session.close)
         publications = Publications(session, config.site, net.prefix)
         stack.callback(publications.close)
-        pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish)
+        pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish, commands=commands)
         pipeline.tell_untold()
         server = HistoryServer(session, config.site, net.prefix, config.database_url)
         stack.callback(server.close)

@@ -6,32 +6,31 @@ Not safe for threads: it belongs to the supervising thread. Readers use `queries
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, bindparam, delete, insert, literal, select, update
+from sqlalchemy import Connection, bindparam, delete, insert, select, update
 
-from monitor.database import explained, make_engine
+from monitor.axis_versions import constants_of, differences
 from monitor.errors import DatabaseError
 from monitor.estimate import Estimate
 from monitor.models import (
-    AlarmRow,
     AxisRow,
     Base,
     BlockRow,
     EstimateRow,
     GapRow,
     ParameterRow,
-    TransitionRow,
     WindowRow,
 )
-from monitor.schema import migrate
+from monitor.models_life import AxisVersionRow, EventRow
+from monitor.store_alarms import AlarmStore
+from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
+from monitor.store_roll_ups import add_to_roll_ups
 from monitor.store_rows import (
     AXIS_COLUMNS,
-    alarm_of,
     as_parameters,
     axis_record,
     axis_row,
@@ -45,6 +44,7 @@ from monitor.store_rows import (
 from monitor.windows import Outcome, Samples, StreamState, Window, WindowId
 from plant.axis import Axis
 
+AXIS_FILE = "axis file"  # the author of what a changed axis file brings
 # Core statements on tables, made once: the intake runs them several times a second for every axis
 _INSERT_BLOCK = insert(Base.metadata.tables["block"])
 _AXIS = Base.metadata.tables["axis"]
@@ -55,36 +55,12 @@ _UPDATE_AXIS = (
 )
 
 
-class Store:
+class Store(AlarmStore, LifeStore):
     """Writes the history at `url`; makes or upgrades the schema when it opens.
 
     Raises:
         DatabaseError: from every method, with one line that says what to do.
     """
-
-    def __init__(self, url: str, *, synchronous: str = "NORMAL") -> None:
-        """Open and migrate."""
-        self.url = url
-        self._engine = make_engine(url, synchronous=synchronous)
-        migrate(self._engine, url)
-
-    def close(self) -> None:
-        """Close every connection."""
-        self._engine.dispose()
-
-    def answer(self) -> None:
-        """Return when the database answers.
-
-        Raises:
-            DatabaseError: it does not; says why.
-        """
-        with self._write() as db:
-            db.execute(select(literal(1)))
-
-    @contextlib.contextmanager
-    def _write(self) -> Iterator[Connection]:
-        with explained(self.url), self._engine.begin() as connection:
-            yield connection
 
     # --- axes ---------------------------------------------------------------------------------------------
 
@@ -92,16 +68,38 @@ class Store:
         """Make the listed axes known, unlist the others; return all axes by name."""
         listed = {axis.name: axis for axis in axes}
         with self._write() as db:
-            known = set(db.scalars(select(AxisRow.name)))
-            for name, axis in listed.items():
-                units = {"listed": True, "force_unit": axis.force_unit, "position_unit": axis.position_unit}
-                if name in known:
-                    db.execute(update(AxisRow).where(AxisRow.name == name).values(units))
-                else:
-                    db.execute(insert(AxisRow).values(name=name, **units))
+            for axis in listed.values():
+                self._list_axis(db, axis)
             db.execute(update(AxisRow).where(AxisRow.name.not_in(listed)).values(listed=False))
             rows = db.execute(select(AxisRow.__table__)).mappings()
-            return {row["name"]: axis_record(row) for row in rows}
+            records = {row["name"]: axis_record(row) for row in rows}
+            for record in records.values():
+                latest = _latest_version(db, record.id)
+                if latest is not None:
+                    record.version, record.effects = latest["version"], dict(latest["effects"])
+            return records
+
+    def _list_axis(self, db: Connection, axis: Axis) -> None:
+        """Note a listed axis; where its file says other constants than before, a new version of it begins."""
+        units = {"listed": True, "force_unit": axis.force_unit, "position_unit": axis.position_unit}
+        row = db.execute(select(AxisRow.id, AxisRow.last_ns).where(AxisRow.name == axis.name)).first()
+        if row is None:
+            new = insert(AxisRow).values(name=axis.name, **units).returning(AxisRow.id, AxisRow.last_ns)
+            row = db.execute(new).one()
+        else:
+            db.execute(update(AxisRow).where(AxisRow.id == row.id).values(units))
+        latest, constants = _latest_version(db, row.id), constants_of(axis)
+        version = {"axis_id": row.id, "constants": constants, "author": AXIS_FILE}
+        if latest is None:
+            first = {"version": 1, "from_ns": 0, "effects": {}, "why": "first seen"}
+            db.execute(insert(AxisVersionRow).values(**version, **first))
+        elif changed := differences(latest["constants"], constants):
+            since, why = (row.last_ns or 0) + 1, "; ".join(changed)
+            later = {"version": latest["version"] + 1, "from_ns": since, "effects": latest["effects"], "why": why}
+            db.execute(insert(AxisVersionRow).values(**version, **later))
+            event = {"kind": "axis_changed", "text": why, "author": AXIS_FILE, "new_baseline": True}
+            db.execute(insert(EventRow).values(axis_id=row.id, at_ns=since, **event))
+            db.execute(update(AxisRow).where(AxisRow.id == row.id).values(drift=None))  # not comparable: learn anew
 
     def add_unknown(self, name: str) -> AxisRecord:
         """Note an axis that streams without being listed."""
@@ -193,66 +191,21 @@ class Store:
         changes: Sequence[Change],
     ) -> list[int]:
         """Store an answer with everything it changed; return the ids of the transitions."""
+        verdicts = {**axis.verdicts, estimate.verdict: axis.verdicts.get(estimate.verdict, 0) + 1}
         with self._write() as db:
-            db.execute(insert(EstimateRow).values(estimate_row(axis.id, window_row, estimate, indicators)))
+            db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
             common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
             trended = (*estimate.parameters, *as_parameters(indicators))
             if trended:
-                db.execute(insert(ParameterRow), [{**common, **dataclasses.asdict(one)} for one in trended])
+                rows = [{**common, **dataclasses.asdict(one)} for one in trended]
+                db.execute(insert(ParameterRow), rows)
+                add_to_roll_ups(db, rows)
             db.execute(update(WindowRow).where(WindowRow.id == window_row).values(done=True))
-            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
+            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift, verdicts=verdicts))
+            axis.verdicts = verdicts
             return self._save_alarms(db, axis.id, alarms, changes)
 
-    def save_alarms(self, axis_id: int, alarms: Iterable[AlarmRecord], changes: Sequence[Change]) -> list[int]:
-        """Store alarms that changed without an estimate (staleness, commands); return the ids of the transitions."""
-        with self._write() as db:
-            return self._save_alarms(db, axis_id, alarms, changes)
 
-    def _save_alarms(
-        self, db: Connection, axis_id: int, alarms: Iterable[AlarmRecord], changes: Sequence[Change]
-    ) -> list[int]:
-        for record in alarms:
-            where = (AlarmRow.axis_id == axis_id) & (AlarmRow.kind == record.kind)
-            machine = {**dataclasses.asdict(record.alarm)}
-            values = {
-                "state": record.alarm.state.value,
-                "occurrence": record.occurrence,
-                "machine": machine,
-                "alert": record.alert,
-            }
-            if db.execute(update(AlarmRow).where(where).values(values)).rowcount == 0:
-                db.execute(insert(AlarmRow).values(axis_id=axis_id, kind=record.kind, **values))
-        ids = []
-        for change in changes:
-            row = insert(TransitionRow).values(
-                axis_id=axis_id,
-                kind=change.record.kind,
-                event=change.transition.event.value,
-                before=change.transition.before.value,
-                after=change.transition.after.value,
-                at_ns=change.transition.at_ns,
-                author=change.author,
-                alert=change.record.alert or {},
-            )
-            ids.append(int(db.execute(row.returning(TransitionRow.id)).scalar_one()))
-        return ids
-
-    def alarms(self, axis_id: int) -> dict[str, AlarmRecord]:
-        """Alarms of an axis by kind, as they were left."""
-        with self._write() as db:
-            rows = db.execute(select(AlarmRow.__table__).where(AlarmRow.axis_id == axis_id)).mappings()
-            return {
-                row["kind"]: AlarmRecord(row["kind"], alarm_of(row["machine"]), row["occurrence"], row["alert"])
-                for row in rows
-            }
-
-    def untold(self) -> list[tuple[int, int, dict[str, Any]]]:
-        """(id, axis id, row) of the transitions that were stored but perhaps never published."""
-        query = select(TransitionRow.__table__).where(TransitionRow.published.is_(False)).order_by(TransitionRow.id)
-        with self._write() as db:
-            return [(row["id"], row["axis_id"], dict(row)) for row in db.execute(query).mappings()]
-
-    def mark_told(self, ids: Sequence[int]) -> None:
-        """Note that these transitions were published."""
-        with self._write() as db:
-            db.execute(update(TransitionRow).where(TransitionRow.id.in_(ids)).values(published=True))
+def _latest_version(db: Connection, axis_id: int) -> Any:
+    query = select(AxisVersionRow.__table__).where(AxisVersionRow.axis_id == axis_id)
+    return db.execute(query.order_by(AxisVersionRow.version.desc()).limit(1)).mappings().first()

@@ -21,6 +21,9 @@ class AxisRecord:
         last_ns: latest sample. [ns]
         rejected: refused samples and payloads, by reason. [1]
         drift: `DriftState.to_dict()`.
+        verdicts: answers by verdict. [1]
+        version: of its constants and model, see `VersionRecord`.
+        effects: promoted effects of that version.
     """
 
     id: int
@@ -32,6 +35,9 @@ class AxisRecord:
     last_ns: int | None = None
     rejected: dict[str, int] = field(default_factory=dict)
     drift: dict[str, Any] | None = None
+    verdicts: dict[str, int] = field(default_factory=dict)
+    version: int = 1
+    effects: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,3 +57,70 @@ class Change:
     transition: Transition
     record: AlarmRecord
     author: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class EventRecord:
+    """Something that was done to an axis; with `new_baseline` the watch learns anew. `at_ns` is event time. [ns]"""
+
+    at_ns: int
+    kind: str
+    text: str
+    author: str
+    new_baseline: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class VersionRecord:
+    """What an axis' model is from an event time on.
+
+    Attributes:
+        version: counts up from 1.
+        from_ns: first event time it holds for. [ns]
+        constants: of the axis file, SI; see `axis_versions.constants_of`.
+        effects: promoted effects by name, with what their model needs.
+        author, why: who changed what.
+    """
+
+    version: int
+    from_ns: int
+    constants: dict[str, Any]
+    effects: dict[str, Any] = field(default_factory=dict)
+    author: str = ""
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisRecord:
+    """A diagnosis of an axis' windows.
+
+    Attributes:
+        at_ns: event time of its newest window. [ns]
+        from_ns, to_ns: first and last sample looked at. [ns]
+        verdict: of `tribowatch diagnose`.
+        result: its JSON.
+        windows: [epoch, first_seq, samples] of each window.
+        seconds: what it took. [s]
+    """
+
+    at_ns: int
+    from_ns: int
+    to_ns: int
+    verdict: str
+    result: dict[str, Any]
+    windows: list[Any]
+    seed: int
+    software: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A transition that a receiver outside is to be told; `next_ns` is when, on the wall clock. [ns]"""
+
+    id: int
+    receiver: str
+    tries: int
+    next_ns: int
+    axis: str
+    transition: dict[str, Any]

@@ -32,6 +32,7 @@ def axis_record(row: Any) -> AxisRecord:
         row["last_ns"],
         dict(row["rejected"]),
         row["drift"],
+        dict(row["verdicts"]),
     )
 
 
@@ -58,13 +59,16 @@ def alarm_of(machine: dict[str, Any]) -> Alarm:
     return Alarm(**{**machine, "state": State(machine["state"])})
 
 
-def estimate_row(axis_id: int, window_row: int, estimate: Estimate, indicators: list[dict[str, Any]]) -> dict[str, Any]:
+def estimate_row(
+    axis: AxisRecord, window_row: int, estimate: Estimate, indicators: list[dict[str, Any]]
+) -> dict[str, Any]:
     """An answer as its row."""
     direct = ("verdict", "reason", "criterion", "held_out_criterion", "method", "evaluations", "seed", "software")
     return {
         **{name: getattr(estimate, name) for name in (*direct, "data_sha256", "seconds", "result", "conditions")},
         "window_id": window_row,
-        "axis_id": axis_id,
+        "axis_id": axis.id,
+        "axis_version": axis.version,
         "start_ns": estimate.window.start_ns,
         "end_ns": estimate.window.end_ns,
         "curve": estimate.curve.to_dict() if estimate.curve else None,

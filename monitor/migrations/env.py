@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from alembic import context
 
-from monitor.models_life import Base
+from monitor.models_life import RollUpRow
 
 context.configure(
-    connection=context.config.attributes["connection"], target_metadata=Base.metadata, render_as_batch=True
+    connection=context.config.attributes["connection"], target_metadata=RollUpRow.metadata, render_as_batch=True
 )
 with context.begin_transaction():
     context.run_migrations()

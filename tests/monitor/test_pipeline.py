@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from monitor.alarms import Event, State
+from monitor.alarms import State
+from monitor.commands import Command, CommandBox
 from monitor.config import Config
 from monitor.errors import QueryError
 from monitor.fleet import MAX_UNKNOWN
@@ -30,12 +31,13 @@ class Bench:
         self.url = f"sqlite:///{folder / 'tribowatch.db'}"
         self.store = Store(self.url)
         self.inbox = Inbox(100)
+        self.commands = CommandBox(self.inbox.wake)
         self.told = []
         self.untellable = ""
         self.pipeline = Pipeline(
             Config(site="site", state_dir=folder, **{**SMALL, **settings}), {axis.name: axis for axis in axes},
             self.store, workers, self.inbox, self.publish,
-            clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
+            commands=self.commands, clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
         )  # fmt: skip
 
     def publish(self, what, axis, content):
@@ -54,6 +56,12 @@ class Bench:
         """Go on until every window is answered."""
         self.step()
         wait_for(lambda: self.step(0.0) or self.pipeline.backlog == 0, timeout, "answers")
+
+    def order(self, action, axis="axis-1", author="Ada", **arguments):
+        """Hand in a command and let the pipeline execute it."""
+        answer = self.commands.submit(Command(action, axis, arguments, author))
+        self.step(0.0)
+        return answer.result(0)
 
     def heard(self, what):
         return [content for told, _, content in self.told if told == what]
@@ -125,12 +133,15 @@ def test_an_operator_acknowledges_and_a_second_time_changes_nothing(bench):
     bench.put(next(blocks_of("axis-1", 1, 0, START_NS, torque, position)))
     bench.step()
     bench.step(200.0)
-    assert bench.pipeline.command("axis-1", "stale", Event.ACKNOWLEDGE, "Ada")
-    assert not bench.pipeline.command("axis-1", "stale", Event.ACKNOWLEDGE, "Bob")
+    assert bench.order("acknowledge", author="Ada", kind="stale") == {
+        "schema_version": 1, "action": "acknowledge", "axis": "axis-1",
+        "kind": "stale", "changed": True, "state": "acknowledged", "until": None,
+    }  # fmt: skip
+    assert not bench.order("acknowledge", author="Bob", kind="stale")["changed"]
     assert bench.heard("alerts")[-1]["transition"]["author"] == "Ada"
     assert bench.store.alarms(1)["stale"].alarm.state is State.ACKNOWLEDGED
     with pytest.raises(QueryError, match="no alarm 'wear'"):
-        bench.pipeline.command("axis-1", "wear", Event.ACKNOWLEDGE, "Ada")
+        bench.order("acknowledge", author="Ada", kind="wear")
 
 
 def test_bad_data_in_a_row_raise_data_quality_and_good_data_end_it(bench):

@@ -11,17 +11,19 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import event, inspect
+from sqlalchemy import event, inspect, text
 
 from monitor.alarms import Alarm, AlarmRule, Event, State, advance
 from monitor.database import make_engine
+from monitor.drift import DriftState
 from monitor.errors import DatabaseError, QueryError
 from monitor.estimate import Parameter
 from monitor.models import Base
 from monitor.queries import Reader
 from monitor.schema import alembic_config, migrate
 from monitor.store import Store
-from monitor.store_records import AlarmRecord, Change
+from monitor.store_records import AlarmRecord, Change, DiagnosisRecord, EventRecord, VersionRecord
+from monitor.store_roll_ups import rebuild_roll_ups
 from monitor.windows import Assembler, WindowRule
 from plant.presets import paper_axis
 from tests.monitor.estimates import estimate
@@ -246,3 +248,73 @@ def test_unlisted_axes_are_kept_apart(store, url):
     store.register([])
     with Reader(url) as reader:
         assert not reader.axis("axis-1").listed
+
+
+def test_events_versions_diagnoses_and_evidence_come_back(store, url):
+    axis = store.register([AXIS])["axis-1"]
+    store.add_event(axis, EventRecord(7, "lubrication", "relubricated", "Ada", True))
+    row = store.add_diagnosis(
+        axis.id, DiagnosisRecord(9, 1, 9, "explained", {"effects": []}, [[1, 0, 20]], 3, "0", 0.5)
+    )
+    number = store.add_evidence(axis.id, 9, "diagnosis", b"zip", diagnosis_id=row)
+    store.add_version(axis, VersionRecord(2, 10, {}, {"rail_defect": {"centre": 0.6}}, "Ada", "promoted"))
+    assert (axis.version, store.register([AXIS])["axis-1"].effects) == (2, {"rail_defect": {"centre": 0.6}})
+    with Reader(url) as reader:
+        assert [(one["text"], one["author"], one["at_ns"]) for one in reader.events("axis-1")] == [
+            ("relubricated", "Ada", 7)
+        ]
+        assert [(one["version"], one["why"]) for one in reader.versions("axis-1")] == [
+            (1, "first seen"), (2, "promoted"),
+        ]  # fmt: skip
+        assert reader.diagnoses("axis-1")[0]["result"] == {"effects": []}
+        kept = reader.evidence_list("axis-1")
+        assert [(one["number"], one["diagnosis"]) for one in kept] == [(number, row)]
+        assert reader.evidence(number) == b"zip"
+        with pytest.raises(QueryError, match="no evidence number 99"):
+            reader.evidence(99)
+
+
+def test_a_changed_axis_file_is_a_new_version_and_a_new_baseline(store, url):
+    axis, _ = journal(store, 0, 20)
+    axis.drift = DriftState(bad_run=2).to_dict()
+    store.add_event(axis, EventRecord(1, "maintenance", "oiled", "Ada"))
+    assert store.register([AXIS])["axis-1"].version == 1
+    heavier = dataclasses.replace(AXIS, mechanics=dataclasses.replace(AXIS.mechanics, M=25.0))
+    record = store.register([heavier])["axis-1"]
+    assert (record.version, record.drift) == (2, None)
+    with Reader(url) as reader:
+        version, event = reader.versions("axis-1")[1], reader.events("axis-1")[-1]
+    assert version["why"] == "mechanics.M 20 -> 25 kg"
+    assert (event["kind"], event["text"], event["new_baseline"]) == ("axis_changed", version["why"], True)
+    assert version["from_ns"] == axis.last_ns + 1
+
+
+def test_a_deleted_axis_leaves_nothing(store, url):
+    axis, new = journal(store, 0, 25)
+    store.save(axis, new[0][1], answer(new[0][2]), [], [], [])
+    store.add_event(axis, EventRecord(7, "lubrication", "relubricated", "Ada"))
+    store.delete_axis(axis.id)
+    with store._engine.connect() as connection:
+        for name in set(Base.metadata.tables):
+            assert connection.execute(text(f"select count(*) from {name}")).scalar_one() == 0, name
+
+
+def test_roll_ups_are_what_the_answers_make_and_can_be_made_again(store):
+    axis, new = journal(store, 0, 400)
+    rng = np.random.default_rng(5)
+    for k, (_, row, window) in enumerate(new):
+        value = float(rng.normal(90, 5))
+        bounds = (value - 1, value + 2) if k % 3 else (None, None)
+        start = k * 1_700 * 10**9
+        at = dataclasses.replace(window, start_ns=start, end_ns=start + 10**9)
+        store.save(
+            axis, row, dataclasses.replace(answer(at), parameters=(Parameter("F", value, "N", *bounds),)), [], [], []
+        )
+    query = text("select * from roll_up order by parameter, span, start_ns")
+    with store._engine.begin() as connection:
+        kept = connection.execute(query).all()
+        rebuild_roll_ups(connection, axis.id, 0, 10**15)
+        made = connection.execute(query).all()
+    assert len(kept) == len(made) > 8
+    for one, other in zip(kept, made, strict=True):
+        assert one._mapping == pytest.approx(dict(other._mapping))

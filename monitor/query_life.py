@@ -1,0 +1,87 @@
+"""Questions about the life of an axis: events, versions of its model, diagnoses, evidence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy import select
+
+from monitor.errors import QueryError
+from monitor.models import AxisRow
+from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
+from monitor.query_base import ReaderBase
+from monitor.query_rows import POINTS, between
+from monitor.times import iso
+
+EVIDENCE = (EvidenceRow.id, EvidenceRow.transition_id, EvidenceRow.diagnosis_id, EvidenceRow.at_ns, EvidenceRow.kind)
+
+
+class LifeReader(ReaderBase):
+    """Events, versions, diagnoses, evidence."""
+
+    def events(
+        self, axis: str, *, from_ns: int | None = None, to_ns: int | None = None, limit: int = POINTS
+    ) -> list[dict[str, Any]]:
+        """What was done to an axis, oldest first, the latest `limit`. Bounds are event time. [ns]"""
+        query = select(EventRow.__table__).where(*between(EventRow.at_ns, from_ns, to_ns))
+        query = query.order_by(EventRow.at_ns.desc(), EventRow.id.desc()).limit(limit)
+        with self._read() as db:
+            row = self._axis_row(db, axis)
+            rows = db.execute(query.where(EventRow.axis_id == row["id"])).mappings().all()
+        names = ("kind", "text", "author", "new_baseline", "at_ns")
+        return [
+            {"number": one["id"], "axis": axis, "at": iso(one["at_ns"])} | {name: one[name] for name in names}
+            for one in reversed(rows)
+        ]
+
+    def versions(self, axis: str) -> list[dict[str, Any]]:
+        """Versions of an axis' constants and promoted effects, oldest first."""
+        with self._read() as db:
+            query = select(AxisVersionRow.__table__).where(AxisVersionRow.axis_id == self._axis_row(db, axis)["id"])
+            rows = db.execute(query.order_by(AxisVersionRow.version)).mappings().all()
+        names = ("version", "from_ns", "constants", "effects", "author", "why")
+        return [{name: one[name] for name in names} | {"axis": axis, "from": iso(one["from_ns"])} for one in rows]
+
+    def diagnoses(self, axis: str, *, limit: int = POINTS) -> list[dict[str, Any]]:
+        """Diagnoses of an axis, oldest first, the latest `limit`, each with the JSON of `tribowatch diagnose`."""
+        with self._read() as db:
+            query = select(DiagnosisRow.__table__).where(DiagnosisRow.axis_id == self._axis_row(db, axis)["id"])
+            rows = db.execute(query.order_by(DiagnosisRow.id.desc()).limit(limit)).mappings().all()
+        names = ("at_ns", "from_ns", "to_ns", "verdict", "result", "windows", "seed", "software", "seconds")
+        return [
+            {"number": one["id"], "axis": axis, "at": iso(one["at_ns"])} | {name: one[name] for name in names}
+            for one in reversed(rows)
+        ]
+
+    def evidence_list(self, axis: str | None = None, *, limit: int = POINTS) -> list[dict[str, Any]]:
+        """What bundles of evidence are kept, newest first: number, axis, kind, time, hash; without their content."""
+        query = select(*EVIDENCE, EvidenceRow.sha256, AxisRow.name).join(AxisRow, AxisRow.id == EvidenceRow.axis_id)
+        with self._read() as db:
+            if axis is not None:
+                query = query.where(EvidenceRow.axis_id == self._axis_row(db, axis)["id"])
+            rows = db.execute(query.order_by(EvidenceRow.id.desc()).limit(limit)).mappings().all()
+        return [
+            {
+                "number": one["id"],
+                "axis": one["name"],
+                "kind": one["kind"],
+                "transition": one["transition_id"],
+                "diagnosis": one["diagnosis_id"],
+                "at": iso(one["at_ns"]),
+                "at_ns": one["at_ns"],
+                "sha256": one["sha256"],
+            }
+            for one in rows
+        ]
+
+    def evidence(self, number: int) -> bytes:
+        """The zip of one bundle, as it was kept.
+
+        Raises:
+            QueryError: there is none of this number.
+        """
+        with self._read() as db:
+            blob = db.scalar(select(EvidenceRow.blob).where(EvidenceRow.id == number))
+        if blob is None:
+            raise QueryError(f"there is no evidence number {number}; tribowatch alerts evidence lists what is kept")
+        return bytes(blob)

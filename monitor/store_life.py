@@ -1,0 +1,86 @@
+"""The store's part for the life of an axis: events, versions, diagnoses, evidence, its name and its end."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+
+from sqlalchemy import delete, insert, select, update
+
+from monitor.errors import QueryError
+from monitor.models import AlarmRow, AxisRow
+from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
+from monitor.store_base import StoreBase
+from monitor.store_records import AxisRecord, DiagnosisRecord, EventRecord, VersionRecord
+
+
+class LifeStore(StoreBase):
+    """Events, versions, diagnoses, evidence; rename and delete."""
+
+    def add_event(self, axis: AxisRecord, event: EventRecord) -> int:
+        """Store an event together with the axis' drift state, which it may have reset; its row."""
+        with self._write() as db:
+            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
+            row = insert(EventRow).values(axis_id=axis.id, **dataclasses.asdict(event))
+            return int(db.execute(row.returning(EventRow.id)).scalar_one())
+
+    def add_version(self, axis: AxisRecord, version: VersionRecord) -> None:
+        """Store a new version of an axis' model together with its drift state; `axis` carries it from now on."""
+        with self._write() as db:
+            db.execute(insert(AxisVersionRow).values(axis_id=axis.id, **dataclasses.asdict(version)))
+            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
+        axis.version, axis.effects = version.version, dict(version.effects)
+
+    def versions(self, axis_id: int) -> list[VersionRecord]:
+        """Versions of an axis' constants and effects, oldest first."""
+        query = select(AxisVersionRow.__table__).where(AxisVersionRow.axis_id == axis_id)
+        names = [field.name for field in dataclasses.fields(VersionRecord)]
+        with self._write() as db:
+            rows = db.execute(query.order_by(AxisVersionRow.version)).mappings()
+            return [VersionRecord(**{name: row[name] for name in names}) for row in rows]
+
+    def add_diagnosis(self, axis_id: int, diagnosis: DiagnosisRecord) -> int:
+        """Store a diagnosis; its row."""
+        with self._write() as db:
+            row = insert(DiagnosisRow).values(axis_id=axis_id, **dataclasses.asdict(diagnosis))
+            return int(db.execute(row.returning(DiagnosisRow.id)).scalar_one())
+
+    def add_evidence(
+        self,
+        axis_id: int,
+        at_ns: int,
+        kind: str,
+        blob: bytes,
+        *,
+        transition_id: int | None = None,
+        diagnosis_id: int | None = None,
+    ) -> int:
+        """Keep a bundle of evidence (zip) for an alert's transition or a diagnosis; its row. `at_ns` [ns]"""
+        values = {"axis_id": axis_id, "at_ns": at_ns, "kind": kind, "blob": blob}
+        whose = {"transition_id": transition_id, "diagnosis_id": diagnosis_id}
+        sha256 = hashlib.sha256(blob).hexdigest()
+        with self._write() as db:
+            row = insert(EvidenceRow).values(**values, **whose, sha256=sha256)
+            return int(db.execute(row.returning(EvidenceRow.id)).scalar_one())
+
+    def rename_axis(self, axis: AxisRecord, name: str) -> None:
+        """Give an axis another name; its history stays its own, what was published keeps the old one.
+
+        Raises:
+            QueryError: the history has an axis of that name already.
+        """
+        with self._write() as db:
+            if db.scalar(select(AxisRow.id).where(AxisRow.name == name)) is not None:
+                raise QueryError(f"axis {name!r} is in the history already; choose another name")
+            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(name=name))
+            for row in db.execute(select(AlarmRow.id, AlarmRow.alert).where(AlarmRow.axis_id == axis.id)).all():
+                if row.alert:
+                    site, _, rest = row.alert["id"].split("/", 2)
+                    alert = {**row.alert, "axis": name, "id": f"{site}/{name}/{rest}"}
+                    db.execute(update(AlarmRow).where(AlarmRow.id == row.id).values(alert=alert))
+        axis.name = name
+
+    def delete_axis(self, axis_id: int) -> None:
+        """Delete an axis with everything that is known of it."""
+        with self._write() as db:
+            db.execute(delete(AxisRow).where(AxisRow.id == axis_id))
