@@ -29,6 +29,11 @@ class Finding:
     likely: str | None
     text: str
 
+    @property
+    def bad(self) -> bool:
+        """Whether there is anything against the recording."""
+        return self.severity != "ok"
+
     def to_dict(self) -> dict[str, str | None]:
         """The finding as JSON."""
         return asdict(self)

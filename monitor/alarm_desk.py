@@ -79,6 +79,17 @@ class AlarmDesk:
         touched, changes = apply(self._config.site, run.record.name, run.alarms, [finding], self._wall(), self._at_once)
         self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
 
+    def watch_quality(self, run: AxisRun) -> None:
+        """Raise data_quality for an axis that sends and yet cannot be watched; its next good windows end it."""
+        complaint = run.complaint
+        known = run.alarms.get(Kind.DATA_QUALITY.value)
+        if complaint is None or (known is not None and known.alarm.active):
+            return
+        finding = Finding(Kind.DATA_QUALITY, True, {"windows": 0, "reason": complaint})
+        now_ns = run.record.last_ns or self._wall()
+        touched, changes = self.observe(run, [finding], now_ns)
+        self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+
     def command(self, run: AxisRun, kind: str, event: Event, author: str, until_ns: int | None = None) -> bool:
         """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
 

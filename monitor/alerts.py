@@ -97,6 +97,10 @@ def explain(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
             where = f"{evidence['speed']:.3g} {evidence['speed_unit']}"
             numbers = f"{evidence['before']:.3g} to {evidence['now']:.3g} {evidence['unit']}"
             return f"{axis}: friction at {where} rose from {numbers} within two windows"
+        case Kind.DATA_QUALITY if "audit" in evidence:
+            return f"{axis}: refused, not identified ({evidence['windows']} windows so far): {evidence['reason']}"
+        case Kind.DATA_QUALITY if not evidence["windows"]:
+            return f"{axis}: not watched: {evidence['reason']}"
         case Kind.DATA_QUALITY:
             return f"{axis}: {evidence['windows']} windows in a row cannot be used: {evidence['reason']}"
         case Kind.STALE:

@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from monitor.audit_watch import AuditWatch
 from monitor.config import Config
 from monitor.drift import DriftRule, DriftState
 from monitor.estimate import Estimate
+from monitor.starvation import Starvation
 from monitor.store_records import AlarmRecord, AxisRecord
+from monitor.stream_clock import StreamClock
 from monitor.windows import Assembler, Outcome, Samples, Window, WindowRule
 from plant.axis import Axis
 from plant.wire import Block
@@ -31,6 +34,12 @@ class AxisRun:
         waiting: (row, window) not yet given to a worker, in order.
         order: rows of all windows without a stored answer, in order: answers are judged in this order.
         answers: by row, those that came before their predecessors'.
+        audit: whether sign, unit and scale of what it sends have been checked, and what came out.
+        clock: its stamps against their arrival.
+        starvation: what came since its last complete window.
+        gaps: breaks of the stream by kind, ever.
+        delay: from the arrival of the latest message to its turn. [s]
+        completed: when each window of `order` was complete, on the monotonic clock, in the same order. [s]
         outcome: what was settled since the last commit.
         heard: monotonic time of the latest message. [s] None = not since the start
         dirty: a counter changed since the last commit.
@@ -46,6 +55,12 @@ class AxisRun:
     waiting: collections.deque[tuple[int, Window]] = field(default_factory=collections.deque)
     order: collections.deque[int] = field(default_factory=collections.deque)
     answers: dict[int, Estimate] = field(default_factory=dict)
+    audit: AuditWatch = field(default_factory=AuditWatch)
+    clock: StreamClock = field(default_factory=StreamClock)
+    starvation: Starvation = field(default_factory=Starvation)
+    gaps: collections.Counter[str] = field(default_factory=collections.Counter)
+    delay: float = 0.0
+    completed: collections.deque[float] = field(default_factory=collections.deque)
     outcome: Outcome = field(default_factory=Outcome)
     heard: float | None = None
     dirty: bool = False
@@ -56,6 +71,29 @@ class AxisRun:
         """The acknowledgement: every sample of this epoch up to this number is stored, or reported as a gap."""
         stream = self.record.stream
         return {"epoch": stream.epoch, "seq": stream.next_seq - 1} if stream.next_seq > 0 else None
+
+    def wait_for_answer(self, row: int, window: Window, now: float) -> None:
+        """Line up a complete window; `now` [s] is monotonic."""
+        self.waiting.append((row, window))
+        self.order.append(row)
+        self.completed.append(now)
+
+    def next_answer(self) -> tuple[int, Estimate] | None:
+        """The answer to the oldest window, if it is there."""
+        if not self.order or self.order[0] not in self.answers:
+            return None
+        self.completed.popleft()
+        row = self.order.popleft()
+        return row, self.answers.pop(row)
+
+    def behind(self, now: float) -> float:
+        """How long the oldest window without an answer has been complete. [s]"""
+        return now - self.completed[0] if self.completed else 0.0
+
+    @property
+    def complaint(self) -> str | None:
+        """Why it is not watched though it sends."""
+        return None if self.assembler is None else self.starvation.complaint(self.assembler.rule.samples, self.clock)
 
     def reject(self, reason: str, count: int = 1) -> int:
         """Count what was refused; return how much of it there was so far."""
@@ -69,6 +107,8 @@ class AxisRun:
         self.outcome.accepted += out.accepted
         self.outcome.gaps += out.gaps
         self.outcome.windows += out.windows
+        self.gaps.update(gap.kind.value for gap in out.gaps)
+        self.starvation.note(out)
         for reason in ("duplicates", "late", "old_epoch"):
             self.reject(reason, getattr(out, reason))
 

@@ -40,8 +40,9 @@ class Conclusion:
     def _judge(self, run: AxisRun, estimate: Estimate) -> tuple[list[Finding], list[dict[str, Any]]]:
         """Drift; an error of ours there must not cost the answer, nor stop the other axes."""
         try:
+            run.audit.hear(estimate)
             run.drift, findings = judge(run.drift, estimate, run.rule)
-            return findings, indicators(run.drift, estimate)
+            return run.audit.quality(findings), indicators(run.drift, estimate)
         except Exception:
             run.reject("judgement_error")
             log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))

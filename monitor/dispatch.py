@@ -51,7 +51,7 @@ class Dispatch:
         samples = self._store.read(run.record.id, window.id)
         seed = window_seed(self._config.seed, run.record.name, window.id.epoch, window.id.first_seq)
         method = self._config.identification.method
-        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method))
+        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method, run.audit.due(samples)))
 
     def collect(self) -> None:
         """Conclude the answers that have come; one that came before its predecessor waits for it."""
@@ -62,6 +62,5 @@ class Dispatch:
                 touched[run.record.name] = run
                 run.answers[job.row] = estimate
         for run in touched.values():
-            while run.order and run.order[0] in run.answers:
-                row = run.order.popleft()
-                self._conclude(run, row, run.answers.pop(row))
+            while (answer := run.next_answer()) is not None:
+                self._conclude(run, *answer)

@@ -24,11 +24,11 @@ MAX_UNKNOWN = 100  # axes that are not listed and yet counted one by one
 class Fleet:
     """The axes by name. Belongs to the supervising thread."""
 
-    def __init__(self, config: Config, axes: Mapping[str, Axis], store: Store) -> None:
-        """Take up every axis of the history; those of `axes` are listed."""
+    def __init__(self, config: Config, axes: Mapping[str, Axis], store: Store, now: float) -> None:
+        """Take up every axis of the history at monotonic time `now` [s]; those of `axes` are listed."""
         self._config, self._store = config, store
         self.unknown_keys = 0
-        self.runs = self._take_up(axes)
+        self.runs = self._take_up(axes, now)
         self._strangers = sum(run.axis is None for run in self.runs.values())
         self._by_key: dict[str, AxisRun] = {}
 
@@ -36,7 +36,7 @@ class Fleet:
         """Every axis, listed or not."""
         return iter(self.runs.values())
 
-    def _take_up(self, axes: Mapping[str, Axis]) -> dict[str, AxisRun]:
+    def _take_up(self, axes: Mapping[str, Axis], now: float) -> dict[str, AxisRun]:
         runs = {}
         by_id = {}
         for name, record in self._store.register(axes.values()).items():
@@ -51,8 +51,9 @@ class Fleet:
         for row, axis_id, window in self._store.pending():
             run = by_id[axis_id]
             if run.axis is not None:
-                run.waiting.append((row, window))
-                run.order.append(row)
+                run.wait_for_answer(row, window, now)
+        for axis_id, kind, count in self._store.gap_counts():
+            by_id[axis_id].gaps[kind] = count
         return runs
 
     def assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.audit import audit_recording, worst
 from identify.identification import identify_friction
 from identify.result import IdentificationResult
 from monitor.estimate import Curve, Estimate, Parameter
@@ -33,6 +34,7 @@ class Job:
         samples: raw, as the machine sent them.
         seed: of the search.
         method: of `identify_friction`.
+        audit: check sign, unit and scale first; what is refused is not identified.
     """
 
     row: int
@@ -41,6 +43,7 @@ class Job:
     samples: Samples
     seed: int
     method: str
+    audit: bool = False
 
 
 def recording_of(samples: Samples, axis: Axis) -> Recording:
@@ -63,6 +66,9 @@ def identify_window(job: Job) -> Estimate:
     started = time.perf_counter()
     recording = recording_of(job.samples, job.axis)
     try:
+        audit = _audit(recording, job.axis) if job.audit else None
+        if audit is not None and audit["verdict"] == "refuse":
+            return _refused(job, recording, audit)
         answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method)
     except Exception as error:
         return crashed(job, f"{type(error).__name__}: {error}")
@@ -75,7 +81,7 @@ def identify_window(job: Job) -> Estimate:
         seed=answer.seed,
         software=SOFTWARE,
         data_sha256=recording.sha256(),
-        result=finite(answer.to_dict()),
+        result=finite(answer.to_dict() | ({} if audit is None else {"audit": audit})),
         criterion=_number(answer.criterion),
         held_out_criterion=_number(answer.held_out_criterion),
         evaluations=answer.evaluations,
@@ -84,6 +90,26 @@ def identify_window(job: Job) -> Estimate:
         curve=curve,
         conditions=_conditions(recording),
     )
+
+
+def _audit(recording: Recording, axis: Axis) -> dict[str, Any]:
+    """What the audit has against the window; `judged` where there was motion enough to judge sign and scale."""
+    findings = audit_recording(recording, axis)
+    return {
+        "verdict": worst(findings),
+        "judged": not any(finding.check in ("motion", "samples", "clock") for finding in findings if finding.bad),
+        "findings": [finding.to_dict() for finding in findings if finding.bad],
+    }
+
+
+def _refused(job: Job, recording: Recording, audit: dict[str, Any]) -> Estimate:
+    """The answer to a window whose sign, unit or scale cannot be right."""
+    reason = f"refused by the audit: {audit['findings'][0]['text']}"
+    result = {"verdict": "bad_data", "reason": reason, "axis": job.axis.name, "parameters": {}, "audit": audit}
+    return Estimate(
+        job.window, "bad_data", reason, job.method, job.seed, SOFTWARE, recording.sha256(), result,
+        conditions=_conditions(recording),
+    )  # fmt: skip
 
 
 def crashed(job: Job, reason: str) -> Estimate:

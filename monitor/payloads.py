@@ -59,14 +59,14 @@ def model_payload(site: str, axis: str, estimate: Estimate, known: Axis | None) 
     }
 
 
-def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: int) -> dict[str, Any]:
+def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int) -> dict[str, Any]:
     """`.../status`: what was received, refused and committed, and what waits.
 
     Args:
         config: of the daemon.
         run: the axis.
-        silent: time since the latest message, None = none since the daemon's start. [s]
-        wall_ns: now. [ns]
+        now: on the monotonic clock. [s]
+        wall_ns: the same moment in Unix time. [ns]
     """
     record, baseline = run.record, run.drift.baseline
     return {
@@ -78,9 +78,14 @@ def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: 
         "committed": run.committed,
         "samples": record.samples,
         "missing": record.missing,
+        "gaps": dict(run.gaps),
         "rejected": dict(record.rejected),
         "held_blocks": run.assembler.held if run.assembler else 0,
         "pending_windows": len(run.order),
+        "lag": {"intake_seconds": round(run.delay, 3), "windows_seconds": round(run.behind(now), 3)},
+        "clock": run.clock.to_dict(),
+        "audit": {"state": run.audit.state, "refused": run.audit.finding},
+        "complaint": run.complaint,
         "baseline": {
             "complete": baseline is not None,
             "windows": baseline.windows if baseline else len(run.drift.learned),
@@ -89,7 +94,7 @@ def status_payload(config: Config, run: AxisRun, silent: float | None, wall_ns: 
         "alarms": {kind: one.alarm.state.value for kind, one in run.alarms.items() if one.alarm.state != "normal"},
         "last_sample": iso(record.last_ns),
         "last_sample_ns": record.last_ns,
-        "silent_seconds": silent,
+        "silent_seconds": None if run.heard is None else now - run.heard,
         "time": iso(wall_ns),
     }
 

@@ -51,10 +51,10 @@ class Pipeline:
         self._publish, self._clock, self._wall = publish, clock, wall
         self._started = self._last_commit = self._last_status = self._last_prune = clock()
         self.alarms = AlarmDesk(config, store, publish, wall)
-        self.fleet = Fleet(config, axes, store)
+        self.fleet = Fleet(config, axes, store, clock())
         self.floor = Floor(config, store, self.fleet, self.alarms, wall)
         self._commands = commands or CommandBox()
-        self.reception = Reception(self.fleet, store, self._tell_status)
+        self.reception = Reception(self.fleet, store, self._tell_status, clock, wall)
         self.conclusion = Conclusion(config, store, self.alarms, publish)
         self.dispatch = Dispatch(config, self.fleet, store, workers, self.conclusion.conclude)
 
@@ -100,11 +100,11 @@ class Pipeline:
         self._last_status = now
         for run in self.fleet:
             self.alarms.watch_silence(run, now - (self._started if run.heard is None else run.heard))
+            self.alarms.watch_quality(run)
             self._tell_status(run)
 
     def _tell_status(self, run: AxisRun) -> None:
-        silent = None if run.heard is None else self._clock() - run.heard
-        self._publish("status", run.record.name, status_payload(self._config, run, silent, self._wall()))
+        self._publish("status", run.record.name, status_payload(self._config, run, self._clock(), self._wall()))
 
     def tell_untold(self) -> None:
         """After a restart: publish the transitions that were stored but perhaps not told."""

@@ -22,9 +22,17 @@ LOGGED = {10**k for k in range(18)}  # of many equal refusals
 class Reception:
     """Takes messages for all axes and commits what was settled. Belongs to the supervising thread."""
 
-    def __init__(self, fleet: Fleet, store: Store, acknowledge: Callable[[AxisRun], None]) -> None:
-        """`acknowledge` is called for every axis whose samples were committed."""
+    def __init__(
+        self,
+        fleet: Fleet,
+        store: Store,
+        acknowledge: Callable[[AxisRun], None],
+        clock: Callable[[], float],
+        wall: Callable[[], int],
+    ) -> None:
+        """`acknowledge` is called for every axis whose samples were committed. `clock` in s, `wall` in ns."""
         self._fleet, self._store, self._acknowledge = fleet, store, acknowledge
+        self._clock, self._wall = clock, wall
 
     def receive(self, messages: list[Message], dropped: Mapping[str, int]) -> None:
         """Take messages; one that trips an error of ours is counted and passed over, its neighbours are served.
@@ -48,9 +56,11 @@ class Reception:
 
     def _take(self, run: AxisRun, message: Message) -> None:
         run.heard = message.arrived
+        run.delay = self._clock() - message.arrived
         block = self._read(run, message)
         if block is None:
             return
+        run.clock.note(block, self._wall() - round(run.delay * 1e9))
         if run.axis is None:
             run.record.samples += len(block)
             run.record.last_ns = int(block.t_ns[-1])
@@ -84,6 +94,7 @@ class Reception:
         if not dirty:
             return
         by_id = {run.record.id: run for run in dirty}
+        now = self._clock()
         batch = []
         for run in dirty:
             run.dirty = False
@@ -95,8 +106,7 @@ class Reception:
                         "gap", axis=run.record.name, missing=gap.missing, first=gap.from_seq, why=gap.kind.value
                     )
         for record, row, window in self._store.commit(batch):
-            by_id[record.id].waiting.append((row, window))
-            by_id[record.id].order.append(row)
+            by_id[record.id].wait_for_answer(row, window, now)
         for (_, out), run in zip(batch, dirty, strict=True):
             run.untidy |= bool(out.gaps)  # the end of a segment may leave samples that no window will take
             if out.accepted:

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, bindparam, delete, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
 
 from monitor.axis_versions import constants_of, differences
 from monitor.errors import DatabaseError
@@ -41,7 +41,7 @@ from monitor.store_rows import (
     samples_of,
     window_of,
 )
-from monitor.windows import Outcome, Samples, StreamState, Window, WindowId
+from monitor.windows import KEPT_GAPS, Outcome, Samples, StreamState, Window, WindowId
 from plant.axis import Axis
 
 AXIS_FILE = "axis file"  # the author of what a changed axis file brings
@@ -108,12 +108,19 @@ class Store(AlarmStore, LifeStore):
             return AxisRecord(int(db.execute(row).scalar_one()), name, False, StreamState())
 
     def gaps_of(self, axis_id: int, epoch: int) -> list[tuple[int, int]]:
-        """(from, to) of the gaps already declared in `epoch`."""
+        """(from, to) of the latest gaps declared in `epoch`, in order."""
         query = select(GapRow.from_seq, GapRow.to_seq).where(
             GapRow.axis_id == axis_id, GapRow.epoch == epoch, GapRow.missing > 0
         )
+        newest = query.order_by(GapRow.from_seq.desc()).limit(KEPT_GAPS)
         with self._write() as db:
-            return [(int(start), int(end)) for start, end in db.execute(query)]
+            return [(int(start), int(end)) for start, end in db.execute(newest)][::-1]
+
+    def gap_counts(self) -> list[tuple[int, str, int]]:
+        """(axis id, kind, how many) of all gaps."""
+        query = select(GapRow.axis_id, GapRow.kind, func.count()).group_by(GapRow.axis_id, GapRow.kind)
+        with self._write() as db:
+            return [(int(axis_id), str(kind), int(count)) for axis_id, kind, count in db.execute(query)]
 
     # --- journal ------------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ Every sample number of an epoch below `next_seq` was either received once or lie
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 import enum
 from dataclasses import dataclass, field
@@ -19,6 +20,7 @@ from plant.recording import Floats
 
 Stamps = NDArray[np.int64]
 JUMP = 1.5  # sample times between two stamps that end a segment
+KEPT_GAPS = 256  # latest gaps of an epoch, to tell what comes late from what comes twice
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,7 +180,7 @@ class Assembler:
         self.rule = rule
         self.state = state or StreamState()
         self._held: dict[int, tuple[Samples, float]] = {}
-        self._gaps = list(gaps or [])
+        self._gaps = collections.deque(gaps or [], maxlen=KEPT_GAPS)
 
     @property
     def held(self) -> int:
