@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind
+.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -78,6 +78,9 @@ real-machines: $(VENV)/.ready-dev  ## estimates of real machines; wants the reco
 
 blind: $(VENV)/.ready-dev  ## the blind study of the diagnosis: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind $(ARGS)
+
+cluster: $(VENV)/.ready-dev  ## identification on a Dask cluster: same answers, workers and scheduler killed
+	$(PYTEST) tests/monitor/test_cluster.py -m "slow or not slow"
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

@@ -62,7 +62,10 @@ class IntakeSection(_Section):
 class IdentificationSection(_Section):
     """How windows are identified."""
 
-    workers: int = Field(default=0, ge=0, description="processes; 0 = one per processor")
+    workers: int = Field(default=0, ge=0, description="processes; 0 = one per processor; with cluster: its processes")
+    cluster: str = Field(
+        default="", description="Dask scheduler that runs them instead, like tcp://host:8786; empty = this machine"
+    )
     method: str = Field(default="ga+polish", description="see tribowatch identify --method")
     retries: int = Field(default=2, ge=0, description="new attempts after a worker died, then the window is bad_data")
     timeout_seconds: Seconds = Field(

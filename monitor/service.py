@@ -11,6 +11,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from pathlib import Path
 from types import FrameType
 
@@ -83,7 +84,13 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         commands = CommandBox(inbox.wake)
         stack.callback(commands.close)
         settings = config.identification
-        workers = Workers(config.workers, retries=settings.retries, timeout=settings.timeout_seconds, wake=inbox.wake)
+        workers = Workers(
+            config.workers,
+            retries=settings.retries,
+            timeout=settings.timeout_seconds,
+            start_pool=_pool_of(config),
+            wake=inbox.wake,
+        )
         stack.callback(workers.close)
         net = config.zenoh
         session = open_session(net.mode, net.listen, net.connect, **security_settings(config))
@@ -120,6 +127,18 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             intake.close()
             if stop.is_set():
                 pipeline.drain()
+
+
+def _pool_of(config: Config) -> Callable[[int], Executor]:
+    """How the workers are started: here, or on the cluster that the configuration names."""
+    from monitor.workers import local_pool
+
+    if not (address := config.identification.cluster):
+        return local_pool
+    from monitor.cluster_dask import DaskPool
+
+    identity = Path(config.security.identity) if config.security.identity else None
+    return lambda _workers: DaskPool(address, identity)
 
 
 def _end_hard(stop: threading.Event, closed: threading.Event, received: list[int]) -> None:
