@@ -1,7 +1,7 @@
 """Workers on other machines: a Dask cluster behind the `Executor` that `workers.py` and `identify_many` take.
 
-The answers are those of local workers, bit for bit on one kind of processor: a job carries everything it needs, its seed
-included. Nothing of Dask shows outside this file.
+The answers are those of local workers, bit for bit on one kind of processor: a job carries everything it needs, its
+seed included. Nothing of Dask shows outside this file.
 """
 
 from __future__ import annotations
@@ -11,12 +11,9 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from monitor.errors import ConfigError
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 T = TypeVar("T")
 CONNECT_SECONDS = 10.0
@@ -44,7 +41,7 @@ class DaskPool(Executor):
                 "identification.cluster needs Dask: pip install 'tribowatch[cluster]', or leave it empty"
             ) from None
         self._address, self._identity = address, identity
-        self._client: Client | None = None
+        self._client: Any = None  # of distributed, which is not typed throughout
         self._trouble: str | None = None
         self._lock = threading.Lock()
 
@@ -64,7 +61,7 @@ class DaskPool(Executor):
         remote.add_done_callback(lambda done: _settle(done, answer))
         return answer
 
-    def _connected(self) -> Client:
+    def _connected(self) -> Any:
         from distributed import Client
 
         with self._lock:
