@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster
+.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -81,6 +81,11 @@ blind: $(VENV)/.ready-dev  ## the blind study of the diagnosis: 600 cases, 2-4 h
 
 cluster: $(VENV)/.ready-dev  ## identification on a Dask cluster: same answers, workers and scheduler killed
 	$(PYTEST) tests/monitor/test_cluster.py -m "slow or not slow"
+next-experiment: $(VENV)/.ready-dev  ## does the experiment a diagnosis proposes settle the tie? the true machine runs it; ARGS="--cases 64"
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.next_experiment $(ARGS)
+
+before-after: $(VENV)/.ready-dev  ## commissioning and today: changes seen, and seen where there are none; ARGS="--pairs 90"
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.before_after $(ARGS)
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

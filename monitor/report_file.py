@@ -19,7 +19,7 @@ from plant.errors import InputError
 
 if TYPE_CHECKING:
     from identify.mismatch.pictures import Pictures
-    from identify.mismatch.result import Diagnosis, Location, Quantity
+    from identify.mismatch.result import Change, Diagnosis, Location, Quantity
     from plant.axis import Axis
     from plant.recording import Recording
 
@@ -80,6 +80,7 @@ def page(found: Diagnosis, axis: Axis, recordings: Sequence[Recording]) -> str:
     if found.next_experiment:
         body.section("Next experiment")
         body.text(f"To settle the rest: {found.next_experiment}.")
+        _experiments(body, found)
     if found.pictures is not None:
         _limits(body, found)
     _provenance(body, found, recordings)
@@ -291,6 +292,20 @@ def _rivals(body: _Body, found: Diagnosis, pictures: Pictures) -> None:
         body.text(f"Looked at and not fitted, for their response matched nothing that is left: {listed}.", "note")
 
 
+def _experiments(body: _Body, found: Diagnosis) -> None:
+    """Small changes of the motion that were simulated for the tied names, and what each would tell."""
+    rows = []
+    for one in found.experiments:
+        pair = " / ".join(" with ".join(map(words, names)) for names in one.pair)
+        rows.append((one.motion.words, f"{one.separation:.0f}", pair))
+    body.table(("change of the motion", ">separation", "least separable"), rows)
+    body.text(
+        "Each was simulated for every rival with its fitted parameters. Separation: predicted fall of the Bayes "
+        "information criterion; 90 tell two names apart nine times of ten.",
+        "note",
+    )
+
+
 def _friction(body: _Body, pictures: Pictures) -> None:
     """The friction law with and without the effects."""
     body.section("Friction law")
@@ -309,10 +324,14 @@ def _changes(body: _Body, found: Diagnosis) -> None:
     rows = []
     for change in found.changes:
         interval = f"{change.ci95[0]:.3g} to {change.ci95[1]:.3g}"
-        rows.append(
-            (words(change.parameter), number(change.before), number(change.after), interval, show_unit(change.unit))
-        )
+        rows.append((_changed(change), number(change.before), number(change.after), interval, show_unit(change.unit)))
     body.table(("parameter", ">before", ">today", ">change, 95 % interval", "unit"), rows)
+
+
+def _changed(change: Change) -> str:
+    """What changed, and how where it is an effect."""
+    name = words(change.parameter)
+    return name if change.effect is None else f"{words(change.effect)}, {name}: {change.kind}"
 
 
 def _limits(body: _Body, found: Diagnosis) -> None:

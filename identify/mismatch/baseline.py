@@ -49,7 +49,10 @@ def read_torque(evidence: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
     needed = best.found.criterion - LIKELIER
     for name, weights in READINGS.items():
         other = dataclasses.replace(
-            evidence, train=_reread(evidence.train, weights), held_out=_reread(evidence.held_out, weights)
+            evidence,
+            train=_reread(evidence.train, weights),
+            held_out=_reread(evidence.held_out, weights),
+            before=None if evidence.before is None else _reread(evidence.before, weights),
         )
         fitted = fit_baseline(other.train, axis, seed)
         if fitted.found.criterion < min(needed, best.found.criterion):

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from identify.criterion import RUN_LENGTH, noise_level
 from identify.errors import InputError
-from identify.identification import identify_friction
 from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch import words
 from identify.mismatch.baseline import read_torque
+from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import Fit, fit, free_run_ratio
 from identify.mismatch.data import Evidence, digest, gather
 from identify.mismatch.detect import detectable
+from identify.mismatch.experiment import Experiment, in_words, propose, settling
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting, guises
 from identify.mismatch.inverse import unexplained
@@ -25,10 +26,11 @@ from identify.mismatch.pictures import pictures_of
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
+from identify.mismatch.rivals import rivals_of, still_tied
 from identify.mismatch.score import extend
 from identify.mismatch.select import TIED_BIC, Selection, Step, select, tied, without
 from identify.preprocess import Samples, prepare, smooth_velocity
-from identify.result import FrictionCurve, IdentificationResult
+from identify.result import FrictionCurve
 from identify.uncertainty import Uncertainty
 from plant.axis import Axis, TorqueHold
 from plant.effects import find, names
@@ -179,9 +181,16 @@ class _Report:
         alternatives = self._alternatives(effects)
         if payload is not None and abs(apart) < TIED_BIC and effects:
             alternatives = _with_twin(alternatives, "force_offset", "inertia_error")
+        candidates: tuple[Experiment, ...] = ()
+        if verdict is Verdict.EXPLAINED and len(alternatives) > 1:
+            self.progress("next experiment")
+            rivals = rivals_of(chosen, alternatives, selection.rivals, ways)
+            alternatives = still_tied(rivals, alternatives)
+            closed = self.recordings[-1].loop == "closed"
+            candidates = propose([rival for rival in rivals if rival.names in alternatives], closed)
+        best = settling(candidates)
         hidden = detectable(baseline, ways) if verdict is Verdict.NO_MISMATCH else {}
         remaining = Quantity(chosen.latent_force, self.axis.force_unit)
-        doubt = {name for group in alternatives for name in group}
         if verdict is Verdict.EXPLAINED:
             explanation = words.explained(effects, alternatives, held[1] / max(held[0], 1e-300))
         elif verdict is Verdict.UNEXPLAINED:
@@ -191,6 +200,11 @@ class _Report:
         wanted = [COORDINATE.get(effect.name, "time") for effect in effects]
         if location is not None:
             wanted += [location.coordinate, *location.alternatives]
+        different: tuple[Change, ...] = ()
+        if evidence.before is not None:
+            self.progress("changes since commissioning")
+            different = changes_since(chosen, evidence.before, (evidence.train, evidence.held_out))
+            explanation += words.changed(different)
         named = chosen if chosen is not baseline else None
         recorded = native(self.recordings, self.axis, evidence)
         return Diagnosis(
@@ -212,8 +226,9 @@ class _Report:
             run_length=RUN_LENGTH,
             remaining_force=remaining,
             detectable=hidden,
-            changes=self._changes(),
-            next_experiment=words.next_experiment(doubt, self.setting) if effects else None,
+            changes=different,
+            next_experiment=None if best is None else in_words(best),
+            experiments=candidates,
             seed=self.seed,
             data_sha256=evidence.sha256,
             preprocessing=evidence.removed,
@@ -294,28 +309,6 @@ class _Report:
             if name in chosen and twin not in chosen and (name == "force_offset" or self.setting.free_offset):
                 sets.append(tuple(twin if n == name else n for n in chosen))
         return tuple(sets)
-
-    def _changes(self) -> tuple[Change, ...]:
-        """Parameters that differ between commissioning and today by more than their uncertainty."""
-        before = [r for r in self.recordings if r.note.strip() == "commissioning"]
-        today = [r for r in self.recordings if r.note.strip() == "today"]
-        if not before or not today:
-            return ()
-        return changes(*(identify_friction(r, self.axis, seed=self.seed) for r in (before[-1], today[-1])))
-
-
-def changes(before: IdentificationResult, after: IdentificationResult) -> tuple[Change, ...]:
-    """Parameters identified in both that differ by more than the interval of the difference."""
-    found = []
-    for name, old in before.parameters.items():
-        new = after.parameters.get(name)
-        if new is None or old.ci95 is None or new.ci95 is None:
-            continue
-        half = float(np.hypot(old.ci95[1] - old.ci95[0], new.ci95[1] - new.ci95[0])) / 2.0
-        moved = new.value - old.value
-        if abs(moved) > half:
-            found.append(Change(name, old.value, new.value, old.unit, (moved - half, moved + half)))
-    return tuple(found)
 
 
 def _with_twin(sets: tuple[tuple[str, ...], ...], one: str, other: str) -> tuple[tuple[str, ...], ...]:

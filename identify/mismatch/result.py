@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from identify.mismatch.experiment import Experiment
     from identify.mismatch.pictures import Pictures
 
 SCHEMA_VERSION = 1
@@ -101,18 +102,26 @@ class Hidden:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A parameter that differs between commissioning and today; the interval is that of the difference."""
+    """A parameter that differs between commissioning and today; the interval is that of the difference.
+
+    `effect` and `kind` ("appeared", "grown", "shrunk", "gone") say so where it is the strength of a named effect;
+    of friction itself they are None and "moved".
+    """
 
     parameter: str
     before: float
     after: float
     unit: str
     ci95: tuple[float, float]
+    effect: str | None = None
+    kind: str = "moved"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON of the contract."""
         return {
             "parameter": self.parameter,
+            "effect": self.effect,
+            "kind": self.kind,
             "before": self.before,
             "after": self.after,
             "unit": self.unit,
@@ -141,6 +150,7 @@ class Diagnosis:
     detectable: dict[str, Hidden] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
     next_experiment: str | None = None
+    experiments: tuple[Experiment, ...] = ()
     reason: str | None = None
     seed: int = 0
     data_sha256: str = ""
@@ -166,6 +176,7 @@ class Diagnosis:
             "detectable": {name: hidden.to_dict() for name, hidden in self.detectable.items()},
             "changes": [change.to_dict() for change in self.changes],
             "next_experiment": self.next_experiment,
+            "experiments": [experiment.to_dict() for experiment in self.experiments],
             "explanation": self.explanation,
             "seed": self.seed,
             "data_sha256": self.data_sha256,

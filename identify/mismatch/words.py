@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from identify.mismatch.guise import Setting
-from identify.mismatch.result import FoundEffect, Hidden, Location, Quantity
+from identify.mismatch.result import Change, FoundEffect, Hidden, Location, Quantity
 
 PLAIN = {
     "force_offset": "a constant force (tilt, gravity or mass error, drive or sensor offset)",
@@ -43,6 +42,22 @@ def explained(effects: tuple[FoundEffect, ...], alternatives: tuple[tuple[str, .
     return text
 
 
+def changed(changes: tuple[Change, ...]) -> str:
+    """What is different from commissioning, effects first."""
+    parts = []
+    for change in sorted(changes, key=lambda one: one.effect is None):
+        unit = "" if change.unit == "1" else f" {change.unit}"
+        span = f"{change.before:.3g} to {change.after:.3g}{unit}"
+        if change.effect is None:
+            parts.append(f"the {change.parameter.replace('_', ' ')} moved from {span}")
+        else:
+            verb = "is gone" if change.kind == "gone" else f"has {change.kind}"
+            parts.append(
+                f"{PLAIN.get(change.effect, change.effect)} {verb} ({change.parameter.replace('_', ' ')} {span})"
+            )
+    return f" Since commissioning, {'; '.join(parts)}." if parts else ""
+
+
 def nothing_missing(latent: Quantity, detectable: dict[str, Hidden]) -> str:
     """No mismatch, and what would have been seen."""
     text = f"The baseline model is complete: what it leaves, {latent.value:.2g} {latent.unit}, does not repeat."
@@ -63,31 +78,6 @@ def unexplained(latent: Quantity, location: Location | None) -> str:
         f"{text} It depends on {location.coordinate.replace('_', ' ')}, most between {low:.3g} and {high:.3g}"
         f" ({100 * location.share:.0f} % of it repeats there)."
     )
-
-
-def next_experiment(names: set[str], setting: Setting) -> str | None:
-    """The smallest change of the motion that separates the names in doubt."""
-    unit = setting.axis.position_unit
-    slow = 0.1 * setting.speed
-    low, high = setting.lowest, setting.highest
-    if names & {"force_offset", "coulomb_asymmetry"} and len(names) > 1:
-        return (
-            "break away from rest in both directions: rest a second at mid travel, then raise the torque slowly until "
-            "the axis moves, three times each way"
-        )
-    if names & {"actuator_lag", "dead_time", "transmission_compliance"} and len(names) > 1:
-        return "add short strokes at two to four times the present frequency, within the torque limit"
-    if names & {"inertia_error", "torque_scale_error", "load_dependent_friction"} and len(names) > 1:
-        return (
-            "repeat the motion with a known payload of about a fifth of the moving mass, braking hard once per stroke"
-        )
-    if names & {"rail_defect", "position_dependent_friction", "torque_ripple", "end_stop", "position_spring"}:
-        return f"two slow passes over {low:.3g} to {high:.3g} {unit} at {slow:.2g} {unit}/s, one each way"
-    if names & {"thermal_drift", "step_change"}:
-        return "let the axis rest until it is cold, then repeat the same motion for twice as long"
-    if names & {"presliding_hysteresis", "backlash", "dwell_time_stiction"}:
-        return "many short strokes of a millimetre or less with rests of 0.2 s and 2 s between them"
-    return None
 
 
 def _numbers(effect: FoundEffect) -> str:

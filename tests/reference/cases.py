@@ -48,6 +48,7 @@ class CaseSpec:
         duration: of each recording. [s]
         recordings: how many of the same state, each with another draw of the excitation.
         before: True puts a recording without the effects first, noted commissioning, the others noted today.
+        wear: times the dry friction of every recording but the first of `before`.
         dirt: force that does not repeat, rms in shares of F_c.
         rough: the dry level wanders by this share, slowly.
         shapes: "catalogue" or "foreign" (another author's curves).
@@ -65,6 +66,7 @@ class CaseSpec:
     duration: float = 30.0
     recordings: int = 2
     before: bool = False
+    wear: float = 1.0
     dirt: float = 0.005
     rough: float = 0.0
     shapes: str = "catalogue"
@@ -136,7 +138,8 @@ def _hide(rng, spec, plain, facts):
     strange = {}
     if spec.outside in foreign.IN_THE_EQUATIONS:
         strange = {spec.outside: draw_outside(rng, spec.outside, plain, facts, spec.size)}
-    return replace(plain, effects=effects, shapes=shapes, foreign=strange)
+    dry = {name: spec.wear * getattr(plain, name) for name in ("coulomb_force", "static_force")}
+    return replace(plain, effects=effects, shapes=shapes, foreign=strange, **dry)
 
 
 def _outer_label(rng, spec, plain, facts):

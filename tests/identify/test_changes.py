@@ -1,0 +1,45 @@
+"""Commissioning and today: what appeared is said to have appeared, and an unchanged machine is left alone."""
+
+import pytest
+
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.result import Change
+from identify.mismatch.words import changed
+from tests.identify.test_mismatch import recorded
+
+PAIR = {"recordings": 1, "before": True, "duration": 16.0}
+
+
+def test_an_effect_of_today_is_said_to_have_appeared_and_friction_is_left_alone(tmp_path):
+    spec = {"effects": ("position_spring",), "excitation": "loop_scurve", "size": 0.9}
+    case, axis, recordings = recorded(tmp_path, seed=73_042, **spec, **PAIR)
+    found = diagnose(recordings, axis)
+    new = [change for change in found.changes if change.effect is not None]
+    assert [(change.effect, change.parameter, change.kind) for change in new] == [
+        ("position_spring", "stiffness", "appeared")
+    ]
+    truth = case.labels["effects"]["position_spring"]["stiffness"]
+    assert new[0].ci95[0] < truth < new[0].ci95[1]
+    assert abs(new[0].before) < 0.2 * abs(truth)
+    assert not [change for change in found.changes if change.parameter in ("coulomb_force", "static_force")]
+    assert "appeared" in found.explanation
+
+
+@pytest.mark.parametrize(("wear", "moved"), [(1.0, False), (1.25, True)])
+def test_dry_friction_that_rose_is_seen_and_that_did_not_is_not(tmp_path, wear, moved):
+    _, axis, recordings = recorded(tmp_path, seed=73_021, excitation="multisine", wear=wear, **PAIR)
+    found = diagnose(recordings, axis)
+    names = {change.parameter for change in found.changes}
+    assert ("coulomb_force" in names or "static_force" in names) == moved
+    assert {change.effect for change in found.changes} <= {None}
+    if moved:
+        assert all(change.ci95[0] <= change.after - change.before <= change.ci95[1] for change in found.changes)
+        assert "Since commissioning" in found.explanation
+
+
+def test_words_name_the_effect_and_the_direction():
+    text = changed((Change("amplitude", 0.0, 41.0, "N", (37.0, 45.0), "rail_defect", "appeared"),
+                    Change("coulomb_force", 90.0, 80.0, "N", (-12.0, -8.0))))  # fmt: skip
+    assert "runs harder or easier has appeared (amplitude 0 to 41 N)" in text
+    assert "the coulomb force moved from 90 to 80 N" in text
+    assert changed(()) == ""
