@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -12,7 +13,7 @@ from monitor.axis_run import AxisRun
 from monitor.config import Config
 from monitor.drift import Finding, Kind
 from monitor.errors import QueryError
-from monitor.judgement import apply, command
+from monitor.judgement import apply, command, tick
 from monitor.query_rows import transition_dict
 from monitor.store import Store
 from monitor.store_records import AlarmRecord, Change
@@ -27,12 +28,39 @@ class AlarmDesk:
     def __init__(self, config: Config, store: Store, publish: Publish, wall: Callable[[], int]) -> None:
         """`wall` is Unix time [ns]: staleness has no event to take its time from."""
         self._config, self._store, self._publish, self._wall = config, store, publish, wall
-        self._rule = AlarmRule(on_count=config.alarms.on_windows, off_count=config.alarms.off_windows)
-        self._at_once = AlarmRule()
+        settings = config.alarms
+        self._rule = AlarmRule(
+            on_count=settings.on_windows,
+            off_count=settings.off_windows,
+            on_of=settings.on_of_windows,
+            off_of=settings.off_of_windows,
+            on_delay_ns=round(settings.on_delay * 1e9),
+            off_delay_ns=round(settings.off_delay * 1e9),
+            dead_band=settings.dead_band,
+        )
+
+    def rule_of(self, kind: str) -> AlarmRule:
+        """The rule of a kind of alarm; staleness has waited long enough when it is noticed."""
+        rule = AlarmRule() if kind == Kind.STALE else self._rule
+        return dataclasses.replace(rule, latch=kind in self._config.alarms.latch)
 
     def observe(self, run: AxisRun, findings: Iterable[Finding], now_ns: int) -> tuple[list[AlarmRecord], list[Change]]:
         """Let findings at event time `now_ns` [ns] move the alarms of an axis; gives what is to be stored."""
-        return apply(self._config.site, run.record.name, run.alarms, findings, now_ns, self._rule)
+        name, wall_ns = run.record.name, self._wall()
+        return apply(self._config.site, name, run.alarms, findings, now_ns, self.rule_of, wall_ns=wall_ns)
+
+    def tick(self, run: AxisRun) -> None:
+        """Let time pass for the alarms of an axis: shelving ends."""
+        if not run.alarms:
+            return
+        wall_ns = self._wall()
+        touched, changes = tick(run.alarms, self._now_ns(run), wall_ns, self.rule_of)
+        if touched:
+            self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+
+    def _now_ns(self, run: AxisRun, kind: str = "") -> int:
+        """Event time of an axis [ns]; staleness has no event to take its time from."""
+        return self._wall() if kind == Kind.STALE or run.record.last_ns is None else run.record.last_ns
 
     def tell(self, run: AxisRun, ids: list[int], changes: list[Change]) -> None:
         """Publish stored transitions, and note that they were."""
@@ -76,7 +104,15 @@ class AlarmDesk:
             return
         evidence = {"silent_ns": round(silence * 1e9), "last_ns": run.record.last_ns}
         finding = Finding(Kind.STALE, stale, evidence if stale else {})
-        touched, changes = apply(self._config.site, run.record.name, run.alarms, [finding], self._wall(), self._at_once)
+        touched, changes = apply(
+            self._config.site,
+            run.record.name,
+            run.alarms,
+            [finding],
+            self._wall(),
+            self.rule_of,
+            release_ns=self._now_ns(run),
+        )
         self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
 
     def watch_quality(self, run: AxisRun) -> None:
@@ -90,17 +126,25 @@ class AlarmDesk:
         touched, changes = self.observe(run, [finding], now_ns)
         self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
 
-    def command(self, run: AxisRun, kind: str, event: Event, author: str, until_ns: int | None = None) -> bool:
+    def command(self, run: AxisRun, kind: str, event: Event, author: str, for_ns: int | None = None) -> bool:
         """An operator's command (acknowledge, shelve, ...); False where it changes nothing.
+
+        Args:
+            run: the axis.
+            kind: of the alarm; one that was never raised can be put aside too.
+            event: what to do.
+            author: who does it.
+            for_ns: with `SHELVE`, how long: by the axis' own time, and by the wall clock should its stream stop. [ns]
 
         Raises:
             QueryError: acknowledging an alarm that was never raised.
         """
         if kind not in run.alarms and event is Event.ACKNOWLEDGE:
             raise QueryError(f"axis {run.record.name!r} has no alarm {kind!r}")
-        now_ns = run.record.last_ns or self._wall()
-        record = run.alarms.setdefault(kind, AlarmRecord(kind))
-        record, change = command(record, event, now_ns, self._rule, author, until_ns)
+        now_ns = self._now_ns(run, kind)
+        ends = {} if for_ns is None else {"until_ns": now_ns + for_ns, "until_wall_ns": self._wall() + for_ns}
+        before = run.alarms.get(kind) or AlarmRecord(kind)
+        record, change = command(before, event, now_ns, self.rule_of(kind), author, **ends)
         if change is None:
             return False
         run.alarms[kind] = record

@@ -13,7 +13,7 @@ from typing import Any
 import structlog
 
 from monitor.alarm_desk import AlarmDesk
-from monitor.alarms import Event
+from monitor.alarms import Alarm, Event
 from monitor.axis_run import AxisRun
 from monitor.commands import Command, CommandBox
 from monitor.config import Config
@@ -23,7 +23,7 @@ from monitor.fleet import Fleet
 from monitor.query_rows import SCHEMA_VERSION
 from monitor.store import Store
 from monitor.store_records import EventRecord
-from monitor.times import iso, parse_duration, parse_time
+from monitor.times import iso, parse_duration, parse_time, span
 from plant import keys
 from plant.axis_schema import nearest
 from plant.errors import ParameterError, TribowatchError
@@ -149,11 +149,15 @@ def move_alarm(floor: Floor, run: AxisRun, command: Command) -> dict[str, Any]:
     only(command, *(("kind", "for") if event is Event.SHELVE else ("kind",)))
     if kind not in list(Kind):
         raise QueryError(f"alarm kind {kind!r} is not known; {nearest(kind, list(Kind))}")
-    until_ns = None
-    if event is Event.SHELVE:
-        until_ns = floor.now_ns(run) + parse_duration(text_of(command, "for"))
-    changed = floor.alarms.command(run, kind, event, author, until_ns)
-    return {"kind": kind, "changed": changed, "state": run.alarms[kind].alarm.state.value, "until": iso(until_ns)}
+    for_ns = parse_duration(text_of(command, "for")) if event is Event.SHELVE else None
+    longest_ns = round(floor.config.alarms.longest_shelving * 1e9)
+    if for_ns is not None and not 0 < for_ns <= longest_ns:
+        raise QueryError(
+            f"for {span(for_ns)} is not possible: more than 0, at most {span(longest_ns)} (longest_shelving)"
+        )
+    changed = floor.alarms.command(run, kind, event, author, for_ns)
+    alarm = run.alarms[kind].alarm if kind in run.alarms else Alarm()
+    return {"kind": kind, "changed": changed, "state": alarm.state.value, "until": iso(alarm.until_ns)}
 
 
 # --- life of an axis ------------------------------------------------------------------------------------------

@@ -99,6 +99,7 @@ class Pipeline:
             return
         self._last_status = now
         for run in self.fleet:
+            self.alarms.tick(run)
             self.alarms.watch_silence(run, now - (self._started if run.heard is None else run.heard))
             self.alarms.watch_quality(run)
             self._tell_status(run)

@@ -55,8 +55,9 @@ def window_of(row: Any) -> Window:
 
 
 def alarm_of(machine: dict[str, Any]) -> Alarm:
-    """An alarm's state machine, as it was left."""
-    return Alarm(**{**machine, "state": State(machine["state"])})
+    """An alarm's state machine, as it was left; what an older program kept besides is dropped."""
+    known = {field.name for field in dataclasses.fields(Alarm)}
+    return Alarm(**{name: one for name, one in machine.items() if name in known} | {"state": State(machine["state"])})
 
 
 def estimate_row(

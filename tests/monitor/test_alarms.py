@@ -16,8 +16,8 @@ STEPS = {
     (U, True): {Event.GONE: R, Event.ACKNOWLEDGE: A, Event.SHELVE: SH, Event.SUPPRESS: SU, Event.REMOVE: OUT},
     (A, True): {Event.GONE: N, Event.SHELVE: SH, Event.SUPPRESS: SU, Event.REMOVE: OUT},
     (R, False): {Event.HOLDS: U, Event.ACKNOWLEDGE: N, Event.SHELVE: SH, Event.SUPPRESS: SU, Event.REMOVE: OUT},
-    (SH, True): {Event.UNSHELVE: U, Event.SUPPRESS: SU, Event.REMOVE: OUT},
-    (SH, False): {Event.UNSHELVE: N, Event.SUPPRESS: SU, Event.REMOVE: OUT},
+    (SH, True): {Event.UNSHELVE: U, Event.SHELVE: SH, Event.SUPPRESS: SU, Event.REMOVE: OUT},
+    (SH, False): {Event.UNSHELVE: N, Event.SHELVE: SH, Event.SUPPRESS: SU, Event.REMOVE: OUT},
     (SU, True): {Event.UNSUPPRESS: U, Event.REMOVE: OUT},
     (SU, False): {Event.UNSUPPRESS: N, Event.REMOVE: OUT},
     (OUT, True): {Event.RETURN: U},
@@ -30,9 +30,9 @@ STEPS = {
 def test_every_state_and_event(state, active, event):
     before = Alarm(state, since_ns=5, active=active)
     after, transition = advance(before, event, 9, RULE)
-    wanted = STEPS[state, active].get(event, state)
-    assert after.state is wanted
-    if wanted is state:
+    wanted = STEPS[state, active].get(event)
+    assert after.state is (wanted or state)
+    if wanted is None:
         assert transition is None
         assert after.since_ns == 5
     else:
@@ -71,6 +71,37 @@ def test_delays_in_event_time():
     assert follow(Alarm(), [Event.HOLDS] * 4, rule) == [N, N, N, U]  # at 0, 10, 20, 30 ns
 
 
+def test_m_of_the_latest_n_observations_count():
+    rule = AlarmRule(on_count=2, on_of=4, off_count=2, off_of=3)
+    h, g = Event.HOLDS, Event.GONE
+    assert follow(Alarm(), [h, g, g, h, g, h, g, g], rule) == [N, N, N, U, U, U, R, R]
+    assert follow(Alarm(), [h, g, g, g, h, g], rule) == [N] * 6  # two of five are not two of four
+
+
+def test_a_clock_that_steps_back_delays_and_never_raises_early():
+    rule = AlarmRule(on_delay_ns=25)
+    alarm, states = Alarm(), []
+    for now in (100, 110, 20, 30, 44, 45):
+        alarm, _ = advance(alarm, Event.HOLDS, now, rule)
+        states.append(alarm.state)
+    assert states == [N, N, N, N, N, U]
+
+
+def test_a_shelf_ends_by_the_wall_clock_where_the_stream_stopped():
+    alarm, _ = advance(Alarm(A, active=True), Event.SHELVE, 0, RULE, until_ns=100, until_wall_ns=1000)
+    assert advance(alarm, Event.TICK, 99, RULE, wall_ns=999)[0].state is SH
+    back, transition = advance(alarm, Event.TICK, 99, RULE, wall_ns=1000)
+    assert (back.state, back.until_wall_ns, transition.at_ns) == (U, None, 99)
+    assert advance(alarm, Event.HOLDS, -500, RULE, wall_ns=901)[0].state is SH  # the event clock stepped back
+
+
+def test_a_shelf_can_be_made_longer_and_shorter_and_each_time_is_audited():
+    alarm, _ = advance(Alarm(U, active=True), Event.SHELVE, 0, RULE, until_ns=100)
+    longer, transition = advance(alarm, Event.SHELVE, 50, RULE, until_ns=500)
+    assert (transition.before, transition.after, longer.until_ns) == (SH, SH, 500)
+    assert advance(longer, Event.TICK, 120, RULE)[0].state is SH
+
+
 def test_shelving_expires():
     alarm, _ = advance(Alarm(U, active=True), Event.SHELVE, 0, RULE, until_ns=100)
     assert advance(alarm, Event.TICK, 99, RULE)[0].state is SH
@@ -94,11 +125,12 @@ def test_time_alone_changes_nothing():
 
 @given(st.lists(st.sampled_from(Event), max_size=40), st.integers(1, 3), st.integers(1, 3), st.booleans())
 def test_no_history_leads_astray(events, on, off, latch):
-    alarm, rule = Alarm(), AlarmRule(on_count=on, off_count=off, latch=latch)
+    alarm, rule = Alarm(), AlarmRule(on_count=on, off_count=off, on_of=on + 1, latch=latch)
     for now, event in enumerate(events):
         before = alarm
         alarm, transition = advance(alarm, event, now, rule)
-        assert (transition is None) == (alarm.state is before.state)
+        moved = alarm.state is not before.state or (event is Event.SHELVE and alarm.state is SH)
+        assert (transition is not None) == moved
         if alarm.state in (U, A):
             assert alarm.active or latch
         if alarm.state in (N, R):
