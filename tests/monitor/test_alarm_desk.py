@@ -34,7 +34,7 @@ class Site:
         config = Config(site="site", alarms={"off_windows": 1})
         self.store = Store(self.url)
         desk = AlarmDesk(config, self.store, lambda *told: self.told.append(told), lambda: self.wall)
-        self.floor = Floor(config, self.store, Fleet(config, self.axes, self.store), desk, lambda: self.wall)
+        self.floor = Floor(config, self.store, Fleet(config, self.axes, self.store, 0.0), desk, lambda: self.wall)
         for run in self.floor.fleet:
             run.record.last_ns = self.event
 

@@ -22,7 +22,7 @@ NOW = 1_767_225_600 * 10**9
 def make_floor(store, axes=(AXIS,)):
     config = Config(site="site")
     desk = AlarmDesk(config, store, lambda *_: None, lambda: NOW)
-    return Floor(config, store, Fleet(config, {axis.name: axis for axis in axes}, store), desk, lambda: NOW)
+    return Floor(config, store, Fleet(config, {axis.name: axis for axis in axes}, store, 0.0), desk, lambda: NOW)
 
 
 @pytest.fixture
