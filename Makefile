@@ -79,8 +79,9 @@ real-machines: $(VENV)/.ready-dev  ## estimates of real machines; wants the reco
 blind: $(VENV)/.ready-dev  ## the blind study of the diagnosis: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind $(ARGS)
 
-cluster: $(VENV)/.ready-dev  ## identification on a Dask cluster: same answers, workers and scheduler killed
-	$(PYTEST) tests/monitor/test_cluster.py -m "slow or not slow"
+cluster: $(VENV)/.ready-dev  ## more than one machine: a Dask cluster with workers and scheduler killed, daemons that take over
+	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py -m "slow or not slow" -s
+
 next-experiment: $(VENV)/.ready-dev  ## does the experiment a diagnosis proposes settle the tie? the true machine runs it; ARGS="--cases 64"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.next_experiment $(ARGS)
 

@@ -82,8 +82,8 @@ class AlarmDesk:
             self._store.mark_told(ids)
 
     def tell_untold(self, names: Mapping[int, str]) -> None:
-        """After a restart: publish what was stored but perhaps not told. `names` of the axes, by row."""
-        untold = self._store.untold()
+        """After a restart: publish what was stored but perhaps not told. `names` of our axes, by row."""
+        untold = [one for one in self._store.untold() if one[1] in names]
         for _, axis_id, row in untold:
             self._publish("alerts", names[axis_id], transition_dict(names[axis_id], row))
         if untold:

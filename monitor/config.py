@@ -116,6 +116,12 @@ class HistorySection(_Section):
     keep_raw_windows: int = Field(default=4, ge=0, description="newest windows per axis whose raw samples are kept")
 
 
+class SharingSection(_Section):
+    """Several daemons watch the axes of one site and take over from each other; see docs/operations.md."""
+
+    member: str = Field(default="", description="name of this daemon among them, on one database; empty = alone")
+
+
 class SecuritySection(_Section):
     """Who may connect: certificates of a private authority, and what each may do; see docs/security.md."""
 
@@ -161,6 +167,7 @@ class Config(BaseSettings):
     alarms: AlarmsSection = AlarmsSection()
     history: HistorySection = HistorySection()
     security: SecuritySection = SecuritySection()
+    sharing: SharingSection = SharingSection()
     log: LogSection = LogSection()
     axis: tuple[AxisSection, ...] = ()
 

@@ -8,7 +8,8 @@
     |  `- QueryError               a question that cannot be answered as asked: unknown axis, bad time
     `- ReachError                  exit code 3
        |- DatabaseError            history that cannot be opened, read or written
-       `- AlreadyRunningError      another daemon owns the state directory
+       |- AlreadyRunningError      another daemon owns the state directory
+       `- FencedError              another daemon has taken over an axis of ours
 """
 
 from __future__ import annotations
@@ -30,3 +31,7 @@ class DatabaseError(ReachError):
 
 class AlreadyRunningError(ReachError):
     """Another daemon owns the state directory."""
+
+
+class FencedError(ReachError):
+    """Another daemon that shares the site's axes has taken over; nothing was written."""

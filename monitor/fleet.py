@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import structlog
 
@@ -24,9 +24,19 @@ MAX_UNKNOWN = 100  # axes that are not listed and yet counted one by one
 class Fleet:
     """The axes by name. Belongs to the supervising thread."""
 
-    def __init__(self, config: Config, axes: Mapping[str, Axis], store: Store, now: float) -> None:
-        """Take up every axis of the history at monotonic time `now` [s]; those of `axes` are listed."""
-        self._config, self._store = config, store
+    def __init__(
+        self,
+        config: Config,
+        axes: Mapping[str, Axis],
+        store: Store,
+        now: float,
+        owns: Callable[[str], bool] = lambda _name: True,
+    ) -> None:
+        """Take up every axis of the history at monotonic time `now` [s]; those of `axes` are listed.
+
+        `owns` tells by name which are ours, where several daemons share a site; the others' are left to them.
+        """
+        self._config, self._store, self._owns = config, store, owns
         self.unknown_keys = 0
         self.runs = self._take_up(axes, now)
         self._strangers = sum(run.axis is None for run in self.runs.values())
@@ -39,7 +49,8 @@ class Fleet:
     def _take_up(self, axes: Mapping[str, Axis], now: float) -> dict[str, AxisRun]:
         runs = {}
         by_id = {}
-        for name, record in self._store.register(axes.values()).items():
+        records = {name: one for name, one in self._store.register(axes.values()).items() if self._owns(name)}
+        for name, record in records.items():
             run = by_id[record.id] = runs[name] = AxisRun(record)
             if (axis := axes.get(name)) is None:
                 continue
@@ -49,11 +60,11 @@ class Fleet:
             run.drift = DriftState.from_dict(record.drift) if record.drift else DriftState()
             run.alarms = self._store.alarms(record.id)
         for row, axis_id, window in self._store.pending():
-            run = by_id[axis_id]
-            if run.axis is not None:
-                run.wait_for_answer(row, window, now)
+            if (ours := by_id.get(axis_id)) is not None and ours.axis is not None:
+                ours.wait_for_answer(row, window, now)
         for axis_id, kind, count in self._store.gap_counts():
-            by_id[axis_id].gaps[kind] = count
+            if axis_id in by_id:
+                by_id[axis_id].gaps[kind] = count
         return runs
 
     def assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:
@@ -77,6 +88,8 @@ class Fleet:
         return run
 
     def _note_stranger(self, name: str) -> AxisRun | None:
+        if not self._owns(name):
+            return None
         if self._strangers >= MAX_UNKNOWN:
             self.unknown_keys += 1
             return None

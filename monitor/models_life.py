@@ -109,3 +109,11 @@ class RollUpRow(Base):
     low: Mapped[float | None] = mapped_column(comment="mean of the intervals' lower ends")
     high: Mapped[float | None] = mapped_column(comment="mean of the intervals' upper ends")
     unit: Mapped[str]
+
+
+class OwnerRow(Base):
+    """The daemon that may write an axis, where several share a site."""
+
+    __tablename__ = "owner"
+    axis_id: Mapped[int] = mapped_column(ForeignKey("axis.id", ondelete="CASCADE"), primary_key=True)
+    member: Mapped[str] = mapped_column(comment="name of the daemon that claimed it last")

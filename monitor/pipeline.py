@@ -43,15 +43,16 @@ class Pipeline:
         publish: Publish,
         *,
         commands: CommandBox | None = None,
+        owns: Callable[[str], bool] = lambda _name: True,
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], int] = time.time_ns,
     ) -> None:
-        """Take up every listed axis where the history left it; `commands` are executed in every turn."""
+        """Take up every listed axis of ours where the history left it; `commands` are executed in every turn."""
         self._config, self._store, self._inbox = config, store, inbox
         self._publish, self._clock, self._wall = publish, clock, wall
         self._started = self._last_commit = self._last_status = self._last_prune = clock()
         self.alarms = AlarmDesk(config, store, publish, wall)
-        self.fleet = Fleet(config, axes, store, clock())
+        self.fleet = Fleet(config, axes, store, clock(), owns)
         self.floor = Floor(config, store, self.fleet, self.alarms, wall)
         self._commands = commands or CommandBox()
         self.reception = Reception(self.fleet, store, self._tell_status, clock, wall)

@@ -29,7 +29,6 @@ class Pulse:
         database: Callable[[], None],
         oldest_job: Callable[[], float],
         job_limit: float,
-        summary: Callable[[], str],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Watch.
@@ -39,17 +38,19 @@ class Pulse:
             database: raises DatabaseError when the database does not answer.
             oldest_job: how long the oldest job of the workers has run, or how long they have been starting. [s]
             job_limit: after which a hung worker is replaced. [s]
-            summary: one line for `systemctl status`.
             clock: monotonic. [s]
         """
         self._notifier, self._database, self._oldest_job = notifier, database, oldest_job
-        self._job_limit, self._summary, self._clock = job_limit, summary, clock
+        self._job_limit, self._clock = job_limit, clock
         self._period = (notifier.watchdog_seconds or 2 * STATUS_SECONDS) / 2
         self._last = -float("inf")
         self.ailing: str | None = None
 
-    def beat(self) -> None:
-        """Tell that we live, when it is time and true; say once what is wrong, and once that it is well again."""
+    def beat(self, summary: Callable[[], str]) -> None:
+        """Tell that we live, when it is time and true; say once what is wrong, and once that it is well again.
+
+        `summary` gives the line for `systemctl status`.
+        """
         now = self._clock()
         if now - self._last < self._period:
             return
@@ -63,7 +64,7 @@ class Pulse:
         if found:
             self._notifier.tell(STATUS=f"ailing: {found}")
         else:
-            self._notifier.tell(WATCHDOG=1, STATUS=self._summary())
+            self._notifier.tell(WATCHDOG=1, STATUS=summary())
 
     def _examine(self) -> str | None:
         try:

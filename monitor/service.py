@@ -18,12 +18,13 @@ from types import FrameType
 import structlog
 
 from monitor.config import Config, open_to_all, read_axes, read_config
-from monitor.errors import AlreadyRunningError, DatabaseError
+from monitor.errors import AlreadyRunningError, DatabaseError, FencedError
 from monitor.logs import configure_logging
 from plant.axis import Axis
 
 log = structlog.get_logger()
 WHO = "daemon"
+FENCED_SECONDS = 5.0  # before we try again: two daemons that cannot see each other must not wrestle
 GRACE = 4.0  # s to drain and close; after it the process ends hard, which loses nothing
 
 
@@ -73,6 +74,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.publish_zenoh import Publications
     from monitor.pulse import Pulse
     from monitor.query_zenoh import HistoryServer
+    from monitor.sharing import Roster
+    from monitor.sharing_zenoh import Attendance
     from monitor.store import Store
     from monitor.workers import Workers
     from plant.zenoh_session import open_session
@@ -97,36 +100,54 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         stack.callback(session.close)
         publications = Publications(session, config.site, net.prefix)
         stack.callback(publications.close)
-        pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish, commands=commands)
-        pipeline.tell_untold()
         server = HistoryServer(session, config.site, net.prefix, config.database_url)
         stack.callback(server.close)
-        intake = Intake(session, config.site, net.prefix, inbox)
+        roster = Roster(config.sharing.member, inbox.wake)
+        if roster.member:
+            attendance = Attendance(session, config.site, net.prefix, roster)
+            stack.callback(attendance.close)
         publications.alive(WHO)
-        log.info("watching", site=config.site, axes=len(axes), listen=list(net.listen), backlog=pipeline.backlog)
         for endpoint in open_to_all(config):
             log.warning("anybody on the network may feed and read here: see docs/security.md", endpoint=endpoint)
-        if ready is not None:
-            ready()
+
+        @contextlib.contextmanager
+        def on_duty() -> Iterator[Pipeline]:
+            """The corridor for the axes that are ours as things stand, until somebody comes or goes."""
+            ours = roster.share()
+            if roster.member:
+                store.claim(roster.member, [name for name in axes if ours(name)])
+            pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish, commands=commands, owns=ours)
+            pipeline.tell_untold()
+            intake = Intake(session, config.site, net.prefix, inbox)  # anew: publishers send again what they keep
+            watched = sum(ours(name) for name in axes)
+            shared = {"members": roster.members} if roster.member else {}
+            log.info(
+                "watching", site=config.site, axes=watched, listen=list(net.listen), backlog=pipeline.backlog, **shared
+            )
+            notifier.tell(READY=1, STATUS=f"watching {watched} axes")
+            try:
+                yield pipeline
+            finally:
+                log.info("stopping" if stop.is_set() else "handing over", backlog=pipeline.backlog)
+                intake.close()
+            pipeline.drain()
+
         notifier = Notifier()
-        pulse = Pulse(
-            notifier,
-            database=store.answer,
-            oldest_job=workers.oldest,
-            job_limit=settings.timeout_seconds,
-            summary=lambda: f"watching {len(axes)} axes, {pipeline.backlog} windows waiting",
-        )
-        notifier.tell(READY=1, STATUS=f"watching {len(axes)} axes")
-        try:
-            while not stop.is_set():
-                pipeline.step()
-                pulse.beat()
-        finally:
-            notifier.tell(STOPPING=1)
-            log.info("stopping", backlog=pipeline.backlog)
-            intake.close()
-            if stop.is_set():
-                pipeline.drain()
+        stack.callback(notifier.tell, STOPPING=1)
+        pulse = Pulse(notifier, database=store.answer, oldest_job=workers.oldest, job_limit=settings.timeout_seconds)
+        while not stop.is_set():
+            changes = roster.changes
+            try:
+                with on_duty() as pipeline:
+                    if ready is not None:
+                        ready()
+                        ready = None
+                    while not stop.is_set() and roster.changes == changes:
+                        pipeline.step()
+                        pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
+            except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written
+                log.warning("another daemon took over", why=str(error))
+                stop.wait(FENCED_SECONDS)
 
 
 def _pool_of(config: Config) -> Callable[[int], Executor]:

@@ -130,6 +130,7 @@ class Store(AlarmStore, LifeStore):
         gaps = [gap_row(axis.id, gap) for axis, out in batch for gap in out.gaps]
         windows = []
         with self._write() as db:
+            self._fence(db, [axis.id for axis, _ in batch])
             if blocks:
                 db.execute(_INSERT_BLOCK, blocks)
             if gaps:
@@ -200,6 +201,7 @@ class Store(AlarmStore, LifeStore):
         """Store an answer with everything it changed; return the ids of the transitions."""
         verdicts = {**axis.verdicts, estimate.verdict: axis.verdicts.get(estimate.verdict, 0) + 1}
         with self._write() as db:
+            self._fence(db, [axis.id])
             db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
             common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
             trended = (*estimate.parameters, *as_parameters(indicators))

@@ -10,17 +10,18 @@ from sqlalchemy import Connection, insert, select, update
 
 from monitor.models import AlarmRow, AxisRow, TransitionRow
 from monitor.models_life import OutboxRow
-from monitor.store_base import StoreBase
 from monitor.store_records import AlarmRecord, Change, Letter
 from monitor.store_rows import alarm_of
+from monitor.store_sharing import SharingStore
 
 
-class AlarmStore(StoreBase):
+class AlarmStore(SharingStore):
     """Alarms, transitions and the outbox."""
 
     def save_alarms(self, axis_id: int, alarms: Iterable[AlarmRecord], changes: Sequence[Change]) -> list[int]:
         """Store alarms that changed without an estimate (staleness, commands); return the ids of the transitions."""
         with self._write() as db:
+            self._fence(db, [axis_id])
             return self._save_alarms(db, axis_id, alarms, changes)
 
     def _save_alarms(

@@ -35,7 +35,7 @@ class Daemon:
         self.now, self.oldest, self.trouble = 0.0, 0.0, None
         self.pulse = Pulse(
             notifier, database=self.answer, oldest_job=lambda: self.oldest, job_limit=300.0,
-            summary=lambda: "watching 3 axes", clock=lambda: self.now,
+            clock=lambda: self.now,
         )  # fmt: skip
 
     def answer(self):
@@ -47,7 +47,7 @@ def test_beats_at_half_the_watchdogs_time(systemd):
     notifier, heard = systemd
     daemon = Daemon(notifier)
     for daemon.now in range(0, 60):
-        daemon.pulse.beat()
+        daemon.pulse.beat(lambda: "watching 3 axes")
     beats = heard()
     assert len(beats) == 6
     assert all("WATCHDOG=1" in beat and "STATUS=watching 3 axes" in beat for beat in beats)
@@ -57,16 +57,16 @@ def test_beats_at_half_the_watchdogs_time(systemd):
 def test_no_beat_without_progress_and_again_when_well(systemd, fault, said):
     notifier, heard = systemd
     daemon = Daemon(notifier)
-    daemon.pulse.beat()
+    daemon.pulse.beat(lambda: "watching 3 axes")
     assert "WATCHDOG=1" in heard()[0]
     daemon.trouble, daemon.oldest = ("disk is full", 0.0) if fault == "database" else (None, 601.0)
     daemon.now = 30.0
-    daemon.pulse.beat()
+    daemon.pulse.beat(lambda: "watching 3 axes")
     (beat,) = heard()
     assert "WATCHDOG" not in beat
     assert said in beat
     daemon.trouble, daemon.oldest, daemon.now = None, 0.0, 60.0
-    daemon.pulse.beat()
+    daemon.pulse.beat(lambda: "watching 3 axes")
     assert "WATCHDOG=1" in heard()[0]
     assert daemon.pulse.ailing is None
 
