@@ -1,9 +1,10 @@
 """What differs between commissioning and today: friction, and effects that appeared, grew, shrank or went.
 
-The model named in today's data is fitted to both states. Where an effect sits (a place on the rail, a period, a width)
-is taken from today, for a state without the effect cannot tell it; how strong it is, and friction itself, are free in
-both. So a rail defect of today does not read as a rise of the dry friction, and its strength at commissioning has an
-interval of its own.
+Both states are fitted together (`coupled`) with the model named in today's data. At first they share every unknown;
+then one after the other is released, the most telling first, while the evidence is what a name needs. So a small set of
+changes is found, each with the interval of the difference, and parameters that trade off within one state (dry friction
+and Stribeck velocity) are not all called changed because one of them is. Where an effect sits (a place, a period, a
+width) is shared: a state without the effect cannot tell it.
 """
 
 from __future__ import annotations
@@ -13,80 +14,57 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
-from identify.mismatch.compare import Fit, fit
+from identify.mismatch.compare import Fit, block_z, fit
+from identify.mismatch.coupled import CoupledProblem, coupled
 from identify.mismatch.data import join
-from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
-from identify.mismatch.pictures import friction_of
-from identify.mismatch.report_values import quantities, spread_of
-from identify.mismatch.result import Change, Quantity
-from identify.mismatch.select import BIC
+from identify.mismatch.report_values import reported, spread_of
+from identify.mismatch.result import Change
+from identify.mismatch.select import BIC, Z_STRONG
+from identify.polish import polish_all
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
 
-FAMILY = 0.05  # chance that anything at all is called changed on a machine that did not change
+MOST = 5  # changes
+ITERATIONS = 12  # of a polish between two releases
+DIFFERENCE = 1e-5  # of a scaled unknown
+ABSENT = 0.25  # of today's strength: what is left of an effect that was not there
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class _State:
-    """The model in one state: friction, strength of each effect, and whether each effect is needed there."""
+class Shown:
+    """A quantity that may change: which unknowns carry it, and the effect it is the strength of."""
 
-    friction: dict[str, Quantity]
-    strength: dict[str, tuple[str, Quantity]]
-    needed: dict[str, bool]
+    name: str
+    unknowns: tuple[int, ...]
+    guise: Guise | None = None
 
 
 def changes_since(chosen: Fit, before: Samples, today: Sequence[Samples]) -> tuple[Change, ...]:
-    """Everything that differs by more than its uncertainty, all comparisons taken together.
+    """Everything that differs by more than its uncertainty.
 
     Args:
         chosen: the model named in today's data, or the baseline.
         before: samples at commissioning.
         today: all samples of today.
     """
-    samples = join(list(today))
-    now = _fitted(chosen.problem.on(samples), [chosen.x[: chosen.problem.p]])
-    after = _state(now, now.problem.guises)
-    pinned = _at_commissioning(now, before)
-    then = _state(pinned, now.problem.guises)
-    found = []
-    number = len(after.friction) + len(after.strength)
-    widen = float(norm.ppf(1.0 - 0.5 * FAMILY / number) / norm.ppf(0.975))
-    for name, new in after.friction.items():
-        old = then.friction.get(name)
-        if old is not None and (change := _change(name, old, new, widen)) is not None:
-            found.append(change)
-    for effect, (parameter, new) in after.strength.items():
-        old = then.strength[effect][1]
-        change = _change(parameter, old, new, widen)
-        if change is not None:
-            found.append(dataclasses.replace(change, effect=effect, kind=_kind(effect, then, after, change)))
-    return tuple(found)
-
-
-def _fitted(problem: ExtendedProblem, points: Sequence[Floats]) -> Fit:
-    """The likeliest end from unknowns (p,) each."""
-    starts = np.zeros(problem.size - problem.p)
-    return fit(problem, np.array([np.concatenate([point, starts]) for point in points]))
-
-
-def _at_commissioning(now: Fit, before: Samples) -> Fit:
-    """Today's model on the samples of commissioning; places and shapes stay as they are today."""
-    problem = now.problem.on(before)
-    low, high = (edge.copy() for edge in problem.bounds)
-    absent = now.x[: problem.p].copy()
-    for guise in problem.guises:
-        slot = problem.slot(guise)
-        for index in range(guise.size):
-            if index in strengths(guise):
-                absent[slot.start + index] = 0.0 if _linear(guise) else absent[slot.start + index]
-            else:
-                low[slot.start + index] = high[slot.start + index] = now.x[slot.start + index]
-    problem.bounds = low, high
-    return _fitted(problem, [now.x[: problem.p], absent])
+    problem, x = coupled(chosen.problem, chosen.x, before, join(list(today)))
+    offered = _offered(chosen)
+    current = fit(problem, x[None])
+    released: list[Shown] = []
+    while len(released) < MOST:
+        richer = _release(current, [one for one in offered if one not in released], released)
+        if richer is None:
+            break
+        current, one = richer
+        released.append(one)
+    current, released = _needed(current, released)
+    if not released:
+        return ()
+    final = fit(current.problem, current.x[None])
+    return tuple(_change(final, one) for one in released)
 
 
 def strengths(guise: Guise) -> tuple[int, ...]:
@@ -97,49 +75,117 @@ def strengths(guise: Guise) -> tuple[int, ...]:
     return (amplitude,) if amplitude is not None else (0,)
 
 
-def _linear(guise: Guise) -> bool:
-    """True where zero strength is no effect."""
-    return guise.wave is not None or guise.amplitude() is not None
-
-
-def _state(fitted: Fit, guises: Sequence[Guise]) -> _State:
-    """Read a fit of one state."""
-    spread = spread_of(fitted)
-    strength, needed = {}, {}
-    for guise in guises:
-        shown = quantities(fitted, guise, spread)
+def _offered(chosen: Fit) -> list[Shown]:
+    """Friction, the constant force, and the strength of each effect."""
+    problem = chosen.problem
+    names = [row[0] for row in problem.named(chosen.x)]
+    found = [Shown(name, (index,)) for index, name in enumerate(names) if index < problem.base]
+    for guise in problem.guises:
+        at = tuple(problem.slot(guise).start + index for index in strengths(guise))
         name = guise.wave[0] if guise.wave is not None else guise.unknowns[strengths(guise)[0]].parameter
-        name = name if name in shown else next(iter(shown))
-        strength[guise.name] = name, shown[name]
-        needed[guise.name] = _needed(fitted, guise)
-    return _State(friction_of(fitted), strength, needed)
+        found.append(Shown(name, at, guise))
+    return found
 
 
-def _needed(fitted: Fit, guise: Guise) -> bool:
-    """Whether this state's data ask for the effect: the evidence that a name needs."""
+def _problem(fitted: Fit) -> CoupledProblem:
+    """The coupled problem of a fit made here."""
     problem = fitted.problem
-    rest = problem.including(tuple(other for other in problem.guises if other is not guise))
-    parts = [fitted.x[: problem.base], *(fitted.x[problem.slot(other)] for other in rest.guises)]
-    poorer = _fitted(rest, [np.concatenate(parts)])
-    extra = guise.size * float(np.log(problem.samples.used))
-    return poorer.found.criterion - fitted.found.criterion - extra > -BIC
+    assert isinstance(problem, CoupledProblem)  # by construction in this file
+    return problem
 
 
-def _change(name: str, old: Quantity, new: Quantity, widen: float) -> Change | None:
-    """The difference with its 95 % interval, where it is beyond the interval widened for many comparisons."""
-    if old.ci95 is None or new.ci95 is None:
-        return None
-    half = float(np.hypot(old.ci95[1] - old.ci95[0], new.ci95[1] - new.ci95[0])) / 2.0
-    moved = new.value - old.value
-    if not abs(moved) > widen * half:
-        return None
-    return Change(name, old.value, new.value, old.unit, (moved - half, moved + half))
+def _release(current: Fit, offered: Sequence[Shown], released: Sequence[Shown]) -> tuple[Fit, Shown] | None:
+    """The model with the most telling of `offered` released too, where it earns that."""
+    own = _problem(current)
+    taken = [index for one in released for index in one.unknowns]
+    everything = own.releasing((*taken, *(index for one in offered for index in one.unknowns)))
+    error, slope = everything.jacobian(own.carried(current.x, everything), current.found.gain)
+    variance = float(error @ error) / len(error)
+    known = everything.shared + len(taken)
+    columns = np.arange(known, everything.p)
+    rest = np.delete(slope, columns, axis=1)
+    size = np.linalg.norm(rest, axis=0)
+    basis, _ = np.linalg.qr(rest[:, size > 0] / size[size > 0])
+    left = error - basis @ (basis.T @ error)
+    promised, at = [], known
+    for one in offered:
+        own_columns = slope[:, at : at + len(one.unknowns)]
+        at += len(one.unknowns)
+        past = own_columns - basis @ (basis.T @ own_columns)
+        score = past.T @ left
+        promised.append(float(score @ np.linalg.pinv(past.T @ past, hermitian=True) @ score) / variance)
+    for index in np.argsort(promised)[::-1][:2]:
+        one = offered[int(index)]
+        if promised[int(index)] < -0.5 * BIC:
+            break
+        richer = _polished(current, own.releasing((*taken, *one.unknowns)))
+        if _earned(current, richer):
+            return richer, one
+    return None
 
 
-def _kind(effect: str, then: _State, after: _State, change: Change) -> str:
+def _polished(current: Fit, problem: CoupledProblem) -> Fit:
+    """`problem` polished from where `current` is, at its gain."""
+    start = _problem(current).carried(current.x, problem)
+    ends = polish_all(problem, start[None], current.found.gain, ITERATIONS)
+    found = dataclasses.replace(current.found, x=ends.x[0], criterion=float(ends.loss[0]))
+    return Fit(problem, found)
+
+
+def _earned(poorer: Fit, richer: Fit) -> bool:
+    """Whether the evidence for a change is what a name needs, and comes from many places."""
+    gained = richer.terms() - poorer.terms()
+    price = (richer.problem.p - poorer.problem.p) * float(np.log(richer.problem.samples.used))
+    return 2.0 * float(gained.sum()) - price > -BIC and block_z(gained) > Z_STRONG
+
+
+def _needed(current: Fit, released: list[Shown]) -> tuple[Fit, list[Shown]]:
+    """Take back what the later changes made unnecessary."""
+    for one in list(released) if len(released) > 1 else []:
+        rest = [other for other in released if other is not one]
+        poorer = _polished(current, _problem(current).releasing(tuple(i for r in rest for i in r.unknowns)))
+        if not _earned(poorer, current):
+            current, released = poorer, rest
+    return current, released
+
+
+def _change(final: Fit, one: Shown) -> Change:
+    """Before, after, and the interval of the difference."""
+    problem = _problem(final)
+    spread = spread_of(final)
+    (old, new), unit = _values(problem, final.x, one)
+    gradient = np.zeros((1, len(final.x)))
+    for index in range(problem.p):
+        moved = final.x.copy()
+        moved[index] += DIFFERENCE
+        (low, high), _ = _values(problem, moved, one)
+        gradient[0, index] = ((high - low) - (new - old)) / DIFFERENCE
+    half = float(spread.half_widths(gradient)[0])
+    interval = (new - old - half, new - old + half)
+    if one.guise is None:
+        return Change(one.name, old, new, unit, interval)
+    return Change(one.name, old, new, unit, interval, one.guise.name, _kind(one.guise, old, new, half))
+
+
+def _values(problem: CoupledProblem, x: Floats, one: Shown) -> tuple[tuple[float, float], str]:
+    """The quantity at commissioning and today, and its unit."""
+    found = []
+    for state, own in zip(problem.states, problem.split(x[None]), strict=True):
+        if one.guise is None:
+            _, unit, value, _, _ = state.named(own[0])[one.unknowns[0]]
+        else:
+            values = reported(state, one.guise, own[0])
+            value, unit = values.get(one.name) or next(iter(values.values()))
+        found.append(value)
+    return (found[0], found[1]), unit
+
+
+def _kind(guise: Guise, old: float, new: float, half: float) -> str:
     """What became of an effect, in one word."""
-    if not then.needed[effect]:
-        return "appeared"
-    if not after.needed[effect]:
-        return "gone"
-    return "grown" if abs(change.after) > abs(change.before) else "shrunk"
+    linear = guise.wave is not None or guise.amplitude() is not None
+    small, large = sorted((abs(old), abs(new)))
+    vanishing = linear and small < max(half, ABSENT * large)
+    if vanishing or (not linear and small < ABSENT * large):
+        stiffer = not linear and guise.unknowns[0].parameter.endswith(("stiffness", "limit"))
+        return "appeared" if (abs(new) > abs(old)) != stiffer else "gone"
+    return "grown" if abs(new) > abs(old) else "shrunk"

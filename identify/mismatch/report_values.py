@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.result import Quantity
 from identify.uncertainty import Uncertainty, uncertainty
@@ -22,13 +23,13 @@ def spread_of(fit: Fit) -> Uncertainty:
 
 def quantities(fit: Fit, guise: Guise, spread: Uncertainty) -> dict[str, Quantity]:
     """Reported parameters of `guise` by name, with 95 % intervals; those of logarithmic unknowns are asymmetric."""
-    centre = _reported(fit, guise, fit.x)
+    centre = reported(fit.problem, guise, fit.x)
     names = list(centre)
     gradients = np.zeros((len(names), len(fit.x)))
     for index in range(fit.problem.p):
         moved = fit.x.copy()
         moved[index] += DIFFERENCE
-        changed = _reported(fit, guise, moved)
+        changed = reported(fit.problem, guise, moved)
         gradients[:, index] = [(changed[name][0] - centre[name][0]) / DIFFERENCE for name in names]
     logarithmic = {unknown.parameter for unknown in guise.unknowns if unknown.log}
     found = {}
@@ -44,9 +45,8 @@ def quantities(fit: Fit, guise: Guise, spread: Uncertainty) -> dict[str, Quantit
     return found
 
 
-def _reported(fit: Fit, guise: Guise, x: Floats) -> dict[str, tuple[float, str]]:
+def reported(problem: ExtendedProblem, guise: Guise, x: Floats) -> dict[str, tuple[float, str]]:
     """Name -> value, unit of what results show of `guise` at unknowns x."""
-    problem = fit.problem
     values = guise.values(x[None, problem.slot(guise)])[:, 0]
     law = problem.law(x[None])[:, 0]
     friction = np.array([law[0], law[0] + law[1], 1.0 / law[2], law[3]])

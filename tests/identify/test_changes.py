@@ -21,19 +21,22 @@ def test_an_effect_of_today_is_said_to_have_appeared_and_friction_is_left_alone(
     truth = case.labels["effects"]["position_spring"]["stiffness"]
     assert new[0].ci95[0] < truth < new[0].ci95[1]
     assert abs(new[0].before) < 0.2 * abs(truth)
-    assert not [change for change in found.changes if change.parameter in ("coulomb_force", "static_force")]
+    assert [change.effect for change in found.changes] == ["position_spring"]
     assert "appeared" in found.explanation
 
 
 @pytest.mark.parametrize(("wear", "moved"), [(1.0, False), (1.25, True)])
 def test_dry_friction_that_rose_is_seen_and_that_did_not_is_not(tmp_path, wear, moved):
-    _, axis, recordings = recorded(tmp_path, seed=73_021, excitation="multisine", wear=wear, **PAIR)
+    case, axis, recordings = recorded(tmp_path, seed=73_021, excitation="multisine", wear=wear, **PAIR)
     found = diagnose(recordings, axis)
     names = {change.parameter for change in found.changes}
     assert ("coulomb_force" in names or "static_force" in names) == moved
     assert {change.effect for change in found.changes} <= {None}
     if moved:
-        assert all(change.ci95[0] <= change.after - change.before <= change.ci95[1] for change in found.changes)
+        truth = {name: (1.0 - 1.0 / wear) * case.labels["friction"][name] for name in names}
+        for change in found.changes:
+            assert change.after - change.before == pytest.approx(truth[change.parameter], rel=0.15)
+            assert change.ci95[0] <= change.after - change.before <= change.ci95[1]
         assert "Since commissioning" in found.explanation
 
 

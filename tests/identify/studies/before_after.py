@@ -58,6 +58,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=73_000, help="below 900000: these are training seeds")
     given = parser.parse_args()
     quiet, named, covered, raised, beside = [], [], [], [], []
+    held: list[bool] = []
+    beside_wear: list[bool] = []
     for what, case in pairs(given.pairs, given.seed):
         found = diagnosed(case)
         said = [
@@ -70,6 +72,10 @@ def main() -> None:
             quiet.append(bool(found.changes))
         elif what == "coulomb_force":
             raised.append(bool(friction & {"coulomb_force", "static_force"}))
+            beside_wear.append(bool(friction - {"coulomb_force", "static_force"}))
+            grown = 1.0 - 1.0 / case.spec.wear
+            held += [one.ci95[0] <= grown * case.labels["friction"][one.parameter] <= one.ci95[1]
+                     for one in found.changes if one.parameter in ("coulomb_force", "static_force")]  # fmt: skip
         else:
             right = what in {effect.name for effect in found.effects}
             named.append(right)
@@ -81,6 +87,8 @@ def main() -> None:
     print(rate("  of those: said to have appeared or grown", covered))
     print(rate("  of those: friction called changed beside it", beside))
     print(rate("more dry friction: seen", raised))
+    print(rate("  something else called changed beside it", beside_wear))
+    print(rate("  95 % interval of the difference holds the truth", held))
 
 
 if __name__ == "__main__":
