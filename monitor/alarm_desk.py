@@ -25,8 +25,8 @@ Publish = Callable[[str, str, dict[str, Any]], None]
 class AlarmDesk:
     """Belongs to the supervising thread."""
 
-    def __init__(self, config: Config, store: Store, publish: Publish, wall: Callable[[], int]) -> None:
-        """`wall` is Unix time [ns]: staleness has no event to take its time from."""
+    def __init__(self, config: Config, store: Store, publish: Publish | None, wall: Callable[[], int]) -> None:
+        """`wall` is Unix time [ns]: staleness has no event to take its time from. `publish` None = tell nobody yet."""
         self._config, self._store, self._publish, self._wall = config, store, publish, wall
         settings = config.alarms
         self._rule = AlarmRule(
@@ -64,6 +64,8 @@ class AlarmDesk:
 
     def tell(self, run: AxisRun, ids: list[int], changes: list[Change]) -> None:
         """Publish stored transitions, and note that they were."""
+        if self._publish is None:
+            return
         for number, change in zip(ids, changes, strict=True):
             row = {
                 "id": number,
@@ -83,6 +85,8 @@ class AlarmDesk:
 
     def tell_untold(self, names: Mapping[int, str]) -> None:
         """After a restart: publish what was stored but perhaps not told. `names` of our axes, by row."""
+        if self._publish is None:
+            return
         untold = [one for one in self._store.untold() if one[1] in names]
         for _, axis_id, row in untold:
             self._publish("alerts", names[axis_id], transition_dict(names[axis_id], row))

@@ -106,6 +106,17 @@ class AlarmsSection(_Section):
     bad_windows: Count = Field(default=3, description="bad_data windows in a row that raise data_quality")
 
 
+class WebhookSection(_Section):
+    """Who else is told of alerts, by HTTP POST in the format of Prometheus' Alertmanager (v2)."""
+
+    urls: tuple[str, ...] = Field(default=(), description="like http://alertmanager:9093/api/v2/alerts")
+    token_file: str = Field(default="", description="file with a bearer token; empty = none")
+    timeout: Seconds = Field(default=10.0, description="for one request [s]")
+    first_retry: Seconds = Field(default=5.0, description="after a failed try; doubled with every further one [s]")
+    longest_retry: Seconds = Field(default=600.0, description="longest time between two tries [s]")
+    repeat: Seconds = Field(default=300.0, description="time after which alerts that stand are sent again [s]")
+
+
 class HistorySection(_Section):
     """Where history is kept."""
 
@@ -165,6 +176,7 @@ class Config(BaseSettings):
     identification: IdentificationSection = IdentificationSection()
     drift: DriftSection = DriftSection()
     alarms: AlarmsSection = AlarmsSection()
+    webhook: WebhookSection = WebhookSection()
     history: HistorySection = HistorySection()
     security: SecuritySection = SecuritySection()
     sharing: SharingSection = SharingSection()
@@ -187,6 +199,11 @@ class Config(BaseSettings):
     def database_url(self) -> str:
         """The URL of the history database."""
         return self.history.database or f"sqlite:///{self.state_dir / 'tribowatch.db'}"
+
+    @property
+    def receivers(self) -> tuple[str, ...]:
+        """Who is told of alerts by webhook."""
+        return self.webhook.urls
 
     @property
     def workers(self) -> int:

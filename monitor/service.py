@@ -49,7 +49,7 @@ def run_daemon(
     axes = read_axes(config)
     configure_logging(config.log.level, config.log.format)
     stop = stop or threading.Event()
-    with _own(config.state_dir), _signals(stop) as received:
+    with own(config.state_dir), _signals(stop) as received:
         closed = threading.Event()
         threading.Thread(target=_end_hard, args=(stop, closed, received), name="end", daemon=True).start()
         try:
@@ -66,6 +66,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         os.environ.setdefault(variable, "1")
     os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
     from monitor.access import security_settings
+    from monitor.command_zenoh import CommandServer
     from monitor.commands import CommandBox
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
@@ -81,7 +82,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from plant.zenoh_session import open_session
 
     with contextlib.ExitStack() as stack:
-        store = Store(config.database_url, synchronous=config.history.synchronous)
+        store = Store(config.database_url, synchronous=config.history.synchronous, receivers=config.receivers)
         stack.callback(store.close)
         inbox = Inbox(config.intake.queue_blocks)
         commands = CommandBox(inbox.wake)
@@ -102,6 +103,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         stack.callback(publications.close)
         server = HistoryServer(session, config.site, net.prefix, config.database_url)
         stack.callback(server.close)
+        operators = CommandServer(session, config.site, net.prefix, commands)
+        stack.callback(operators.close)
         roster = Roster(config.sharing.member, inbox.wake)
         if roster.member:
             attendance = Attendance(session, config.site, net.prefix, roster)
@@ -171,7 +174,7 @@ def _end_hard(stop: threading.Event, closed: threading.Event, received: list[int
 
 
 @contextlib.contextmanager
-def _own(state_dir: Path) -> Iterator[None]:
+def own(state_dir: Path) -> Iterator[None]:
     """Hold the state directory: one daemon each."""
     try:
         state_dir.mkdir(parents=True, exist_ok=True)

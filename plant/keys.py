@@ -12,6 +12,7 @@ ALIVE = "alive"
 SAMPLES = "samples"
 OUTPUTS = ("parameters", "model", "alerts", "mismatch", "status")
 HISTORIES = ("parameters", "alerts")
+COMMAND = "command"
 
 
 def check_id(kind: str, name: str) -> str:
@@ -82,6 +83,11 @@ def history_key(site: str, axis: str, what: str, prefix: str = PREFIX) -> str:
     if what not in HISTORIES:
         raise ParameterError("history", what, " | ".join(HISTORIES))
     return _key(prefix, site, check_id("axis", axis), "history", what)
+
+
+def command_key(site: str, axis: str, prefix: str = PREFIX) -> str:
+    """Key of the queryable that takes an operator's commands for an axis."""
+    return _key(prefix, site, check_id("axis", axis), COMMAND)
 
 
 def alive_key(site: str, who: str, prefix: str = PREFIX) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from monitor.cli.alerts import alerts_command
+from monitor.cli import axes_life
+from monitor.cli.alerts import alerts_app, alerts_list_command
+from monitor.cli.alerts_act import ACTIONS, make_command, shelve_command
 from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.axes_check import axes_check_command
@@ -11,7 +13,7 @@ from monitor.cli.check_config import check_config_command
 from monitor.cli.demo import demo_command
 from monitor.cli.diagnose import diagnose_command
 from monitor.cli.doctor import doctor_command
-from monitor.cli.history import history_command
+from monitor.cli.history import history_app, history_show_command
 from monitor.cli.identify import identify_command
 from monitor.cli.replay import replay_command
 from monitor.cli.run import run_command
@@ -23,10 +25,21 @@ app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
 app.command("diagnose")(diagnose_command)
 app.command("replay")(replay_command)
-app.command("history")(history_command)
-app.command("alerts")(alerts_command)
+history_app.command("show")(history_show_command)
+app.add_typer(history_app)
+alerts_app.command("list")(alerts_list_command)
+alerts_app.command("shelve")(shelve_command)
+for action, explanation in ACTIONS.items():
+    alerts_app.command(action)(make_command(action, explanation))
+app.add_typer(alerts_app)
 axes_app.command("init")(axes_init_command)
 axes_app.command("check")(axes_check_command)
+axes_app.command("event")(axes_life.event_command)
+axes_app.command("events")(axes_life.events_command)
+axes_app.command("versions")(axes_life.versions_command)
+axes_app.command("relearn")(axes_life.relearn_command)
+axes_app.command("rename")(axes_life.rename_command)
+axes_app.command("delete")(axes_life.delete_command)
 app.add_typer(axes_app)
 app.command("check-config")(check_config_command)
 app.command("doctor")(doctor_command)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
+from monitor.cli.options import AsJson, ConfigFile, DefaultGroup, StateDir, open_history
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -18,7 +18,14 @@ POLL = 0.5  # s between two looks at the audit
 STYLES = {"high": "bold red", "medium": "bold yellow", "low": "bold cyan"}
 
 
-def alerts_command(
+alerts_app = typer.Typer(
+    name="alerts",
+    cls=DefaultGroup,
+    help="What deserves attention, and what to do with it; without a sub-command: list.",
+)
+
+
+def alerts_list_command(
     axis: Annotated[str | None, typer.Argument(help="Only of this axis.", show_default=False)] = None,
     active: Annotated[bool, typer.Option("--active", help="Only those that are not back to normal.")] = False,
     watch: Annotated[

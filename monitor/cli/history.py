@@ -6,14 +6,21 @@ from typing import Annotated, Any
 
 import typer
 
-from monitor.cli.options import AsCsv, AsJson, ConfigFile, StateDir, one_format, open_history
+from monitor.cli.options import AsCsv, AsJson, ConfigFile, DefaultGroup, StateDir, one_format, open_history
 
 FIRST = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient", "constant_force", "moving_mass")
 DETAIL_ROWS = 12  # latest points shown when one parameter is asked for
 CSV_HEADER = ("time", "parameter", "unit", "value", "ci95_low", "ci95_high", "min", "max", "answers")
 
 
-def history_command(
+history_app = typer.Typer(
+    name="history",
+    cls=DefaultGroup,
+    help="How the friction of an axis changed, from the daemon's database; without a sub-command: show.",
+)
+
+
+def history_show_command(
     axis: Annotated[str, typer.Argument(help="Name of the axis.")],
     parameter: Annotated[
         str | None, typer.Option(help="Only this parameter, like coulomb_force.", show_default=False)

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from plant.errors import InputError
 
 if TYPE_CHECKING:
     from monitor.config import Config
     from monitor.queries import Reader
+
+
+class DefaultGroup(TyperGroup):
+    """A command with sub-commands that also works without naming one: then it means the first."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put the first sub-command's name where none is given."""
+        if not args or (args[0] not in self.commands and args[0] not in ctx.help_option_names):
+            args = [next(iter(self.commands)), *args]
+        return super().parse_args(ctx, args)
+
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else there.")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="Print CSV on stdout, units in the header.")]
