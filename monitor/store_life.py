@@ -10,16 +10,17 @@ from sqlalchemy import delete, insert, select, update
 from monitor.errors import QueryError
 from monitor.models import AlarmRow, AxisRow
 from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
-from monitor.store_base import StoreBase
 from monitor.store_records import AxisRecord, DiagnosisRecord, EventRecord, VersionRecord
+from monitor.store_sharing import SharingStore
 
 
-class LifeStore(StoreBase):
+class LifeStore(SharingStore):
     """Events, versions, diagnoses, evidence; rename and delete."""
 
     def add_event(self, axis: AxisRecord, event: EventRecord) -> int:
         """Store an event together with the axis' drift state, which it may have reset; its row."""
         with self._write() as db:
+            self._fence(db, [axis.id])
             db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
             row = insert(EventRow).values(axis_id=axis.id, **dataclasses.asdict(event))
             return int(db.execute(row.returning(EventRow.id)).scalar_one())
@@ -27,6 +28,7 @@ class LifeStore(StoreBase):
     def add_version(self, axis: AxisRecord, version: VersionRecord) -> None:
         """Store a new version of an axis' model together with its drift state; `axis` carries it from now on."""
         with self._write() as db:
+            self._fence(db, [axis.id])
             db.execute(insert(AxisVersionRow).values(axis_id=axis.id, **dataclasses.asdict(version)))
             db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
         axis.version, axis.effects = version.version, dict(version.effects)
@@ -42,6 +44,7 @@ class LifeStore(StoreBase):
     def add_diagnosis(self, axis_id: int, diagnosis: DiagnosisRecord) -> int:
         """Store a diagnosis; its row."""
         with self._write() as db:
+            self._fence(db, [axis_id])
             row = insert(DiagnosisRow).values(axis_id=axis_id, **dataclasses.asdict(diagnosis))
             return int(db.execute(row.returning(DiagnosisRow.id)).scalar_one())
 
@@ -60,6 +63,7 @@ class LifeStore(StoreBase):
         whose = {"transition_id": transition_id, "diagnosis_id": diagnosis_id}
         sha256 = hashlib.sha256(blob).hexdigest()
         with self._write() as db:
+            self._fence(db, [axis_id])
             row = insert(EvidenceRow).values(**values, **whose, sha256=sha256)
             return int(db.execute(row.returning(EvidenceRow.id)).scalar_one())
 
@@ -70,6 +74,7 @@ class LifeStore(StoreBase):
             QueryError: the history has an axis of that name already.
         """
         with self._write() as db:
+            self._fence(db, [axis.id])
             if db.scalar(select(AxisRow.id).where(AxisRow.name == name)) is not None:
                 raise QueryError(f"axis {name!r} is in the history already; choose another name")
             db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(name=name))
@@ -83,4 +88,5 @@ class LifeStore(StoreBase):
     def delete_axis(self, axis_id: int) -> None:
         """Delete an axis with everything that is known of it."""
         with self._write() as db:
+            self._fence(db, [axis_id])
             db.execute(delete(AxisRow).where(AxisRow.id == axis_id))
