@@ -12,6 +12,7 @@ from monitor.config import Config
 from monitor.drift import Finding, indicators, judge
 from monitor.estimate import Estimate
 from monitor.payloads import estimate_payload, model_payload
+from monitor.room import Room
 from monitor.store import Store
 
 log = structlog.get_logger()
@@ -20,9 +21,10 @@ log = structlog.get_logger()
 class Conclusion:
     """Judges the answers of all axes. Belongs to the supervising thread."""
 
-    def __init__(self, config: Config, store: Store, alarms: AlarmDesk, publish: Publish) -> None:
-        """Findings move `alarms`."""
+    def __init__(self, config: Config, store: Store, alarms: AlarmDesk, publish: Publish, room: Room) -> None:
+        """Findings move `alarms`; answers are kept while there is `room`."""
         self._config, self._store, self._alarms, self._publish = config, store, alarms, publish
+        self._room = room
 
     def conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
         """Judge one answer, store it with everything it changed, then tell."""
@@ -30,7 +32,7 @@ class Conclusion:
         run.record.drift = run.drift.to_dict()
         name = run.record.name
         touched, changes = self._alarms.observe(run, findings, estimate.window.end_ns)
-        ids = self._store.save(run.record, row, estimate, watched, touched, changes)
+        ids = self._store.save(run.record, row, estimate, watched, touched, changes, keep=self._room.keeps())
         run.untidy = True
         self._publish("parameters", name, estimate_payload(self._config.site, name, estimate, watched))
         if estimate.verdict == "identified":

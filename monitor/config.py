@@ -124,6 +124,9 @@ class HistorySection(_Section):
     synchronous: Literal["NORMAL", "FULL"] = Field(
         default="NORMAL", description="SQLite: FULL survives power loss, slower"
     )
+    reserve_mb: float = Field(
+        default=200.0, ge=0, description="SQLite: free disk below which answers are no longer kept, only watched [MB]"
+    )
     keep_raw_windows: int = Field(default=4, ge=0, description="newest windows per axis whose raw samples are kept")
 
 

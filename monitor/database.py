@@ -74,7 +74,7 @@ def explain(error: Exception, url: str) -> str:
         "malformed": "the database is damaged; stop the daemon and restore a back-up, or move the file away",
         "unable to open database file": "cannot be opened; does the folder exist, and may this user write there?",
         "readonly database": "may only be read; make file and folder writable for this user",
-        "disk is full": "the disk is full; make room, the daemon goes on by itself after a restart",
+        "disk is full": "the disk is full; make room, the daemon goes on by itself",
         "database is locked": f"another program has kept it locked for {BUSY_MS / 1000:g} s; close that program",
         "disk i/o error": "the disk reports an error; check it, and whether the folder is still mounted",
     }

@@ -59,7 +59,7 @@ def model_payload(site: str, axis: str, estimate: Estimate, known: Axis | None) 
     }
 
 
-def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int) -> dict[str, Any]:
+def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int, *, kept: bool = True) -> dict[str, Any]:
     """`.../status`: what was received, refused and committed, and what waits.
 
     Args:
@@ -67,6 +67,7 @@ def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int) -> di
         run: the axis.
         now: on the monotonic clock. [s]
         wall_ns: the same moment in Unix time. [ns]
+        kept: whether answers are kept in the history; false while its disk is almost full.
     """
     record, baseline = run.record, run.drift.baseline
     return {
@@ -86,6 +87,7 @@ def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int) -> di
         "clock": run.clock.to_dict(),
         "audit": {"state": run.audit.state, "refused": run.audit.finding},
         "complaint": run.complaint,
+        "history_kept": kept,
         "baseline": {
             "complete": baseline is not None,
             "windows": baseline.windows if baseline else len(run.drift.learned),

@@ -21,6 +21,7 @@ from monitor.inbox import Inbox
 from monitor.operate import Floor, serve
 from monitor.payloads import status_payload
 from monitor.reception import Reception
+from monitor.room import Room
 from monitor.store import Store
 from monitor.workers import Workers
 from plant.axis import Axis
@@ -56,7 +57,8 @@ class Pipeline:
         self.floor = Floor(config, store, self.fleet, self.alarms, wall)
         self._commands = commands or CommandBox()
         self.reception = Reception(self.fleet, store, self._tell_status, clock, wall)
-        self.conclusion = Conclusion(config, store, self.alarms, publish)
+        self.room = Room.of_database(config.database_url, config.history.reserve_mb, clock)
+        self.conclusion = Conclusion(config, store, self.alarms, publish, self.room)
         self.dispatch = Dispatch(config, self.fleet, store, workers, self.conclusion.conclude)
 
     def step(self, timeout: float = 0.05) -> None:
@@ -92,7 +94,7 @@ class Pipeline:
         for run in self.fleet:
             if run.untidy:
                 run.untidy = False
-                keep = self._config.history.keep_raw_windows
+                keep = 0 if self.room.scarce else self._config.history.keep_raw_windows
                 self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
 
     def _tell_all(self, now: float, *, at_once: bool = False) -> None:
@@ -106,7 +108,11 @@ class Pipeline:
             self._tell_status(run)
 
     def _tell_status(self, run: AxisRun) -> None:
-        self._publish("status", run.record.name, status_payload(self._config, run, self._clock(), self._wall()))
+        self._publish(
+            "status",
+            run.record.name,
+            status_payload(self._config, run, self._clock(), self._wall(), kept=not self.room.scarce),
+        )
 
     def tell_untold(self) -> None:
         """After a restart: publish the transitions that were stored but perhaps not told."""

@@ -55,16 +55,25 @@ class Pulse:
         if now - self._last < self._period:
             return
         self._last = now
-        found = self._examine()
-        if found and found != self.ailing:
-            log.error("no beat for the watchdog", why=found)
-        elif self.ailing and not found:
+        if found := self._examine():
+            self.fail(found)
+            return
+        if self.ailing:
             log.info("well again", was=self.ailing)
-        self.ailing = found
-        if found:
-            self._notifier.tell(STATUS=f"ailing: {found}")
-        else:
-            self._notifier.tell(WATCHDOG=1, STATUS=summary())
+            self.ailing = None
+        self._notifier.tell(WATCHDOG=1, STATUS=summary())
+
+    def endure(self, why: str) -> None:
+        """The database is out of reach and we try again and again: a restart would not mend that, so this is a beat."""
+        self.fail(why)
+        self._notifier.tell(WATCHDOG=1)
+
+    def fail(self, why: str) -> None:
+        """Say once what is wrong; no beat until it is well again."""
+        if why != self.ailing:
+            log.error("nothing is watched while this lasts; nothing acknowledged is lost", why=why)
+        self.ailing = why
+        self._notifier.tell(STATUS=f"ailing: {why}")
 
     def _examine(self) -> str | None:
         try:

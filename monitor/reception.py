@@ -67,7 +67,7 @@ class Reception:
             run.dirty = True
             return
         assembler = run.assembler or self._fleet.assemble(run, run.axis, step_of(block))
-        run.add(assembler.offer(samples_of(block), message.arrived))
+        run.add(assembler.offer(samples_of(block), self._clock()))  # patience begins at its turn, not in the queue
 
     def _read(self, run: AxisRun, message: Message) -> Block | None:
         """The block of a message; None and one more refusal where it is none of this axis."""

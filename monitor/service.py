@@ -24,6 +24,7 @@ from plant.axis import Axis
 
 log = structlog.get_logger()
 WHO = "daemon"
+OUTAGE_SECONDS = 2.0  # between attempts while the database cannot be used; publishers send again what they keep
 FENCED_SECONDS = 5.0  # before we try again: two daemons that cannot see each other must not wrestle
 GRACE = 4.0  # s to drain and close; after it the process ends hard, which loses nothing
 
@@ -151,6 +152,11 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written
                 log.warning("another daemon took over", why=str(error))
                 stop.wait(FENCED_SECONDS)
+            except DatabaseError as error:
+                if ready is not None:  # not even begun: the person who starts us is there to read it
+                    raise
+                pulse.endure(str(error))
+                stop.wait(OUTAGE_SECONDS)
 
 
 def _pool_of(config: Config) -> Callable[[int], Executor]:

@@ -197,22 +197,38 @@ class Store(AlarmStore, LifeStore):
         indicators: list[dict[str, Any]],
         alarms: Iterable[AlarmRecord],
         changes: Sequence[Change],
+        *,
+        keep: bool = True,
     ) -> list[int]:
-        """Store an answer with everything it changed; return the ids of the transitions."""
+        """Store an answer with everything it changed; return the ids of the transitions.
+
+        With `keep` false (no room) only what it changed is stored: the watch goes on, the trend has a hole.
+        """
         verdicts = {**axis.verdicts, estimate.verdict: axis.verdicts.get(estimate.verdict, 0) + 1}
         with self._write() as db:
             self._fence(db, [axis.id])
-            db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
-            common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
-            trended = (*estimate.parameters, *as_parameters(indicators))
-            if trended:
-                rows = [{**common, **dataclasses.asdict(one)} for one in trended]
-                db.execute(insert(ParameterRow), rows)
-                add_to_roll_ups(db, rows)
+            if keep:
+                self._keep(db, axis, window_row, estimate, indicators)
             db.execute(update(WindowRow).where(WindowRow.id == window_row).values(done=True))
             db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift, verdicts=verdicts))
             axis.verdicts = verdicts
             return self._save_alarms(db, axis.id, alarms, changes)
+
+    def _keep(
+        self,
+        db: Connection,
+        axis: AxisRecord,
+        window_row: int,
+        estimate: Estimate,
+        indicators: list[dict[str, Any]],
+    ) -> None:
+        db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
+        common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
+        trended = (*estimate.parameters, *as_parameters(indicators))
+        if trended:
+            rows = [{**common, **dataclasses.asdict(one)} for one in trended]
+            db.execute(insert(ParameterRow), rows)
+            add_to_roll_ups(db, rows)
 
 
 def _latest_version(db: Connection, axis_id: int) -> Any:
