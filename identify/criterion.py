@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.kernels.smoothing import parabolas
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
 
@@ -18,10 +19,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RUN_LENGTH = 1.0  # s, design.md
-REACHES = (2, 3, 5, 8, 12, 18)  # samples to each side of a smoothed state, the widest that still fits is taken
+REACHES = np.array([2, 3, 5, 8, 12, 18])  # samples to each side of a smoothed state; the widest that fits
 FITS = 1.5  # times the noise: residual of a local parabola that still counts as fitting
 FREE = np.zeros(4)
-RIDGE = 1e-12  # keeps a parabola through two samples solvable
 
 
 def noise_level(position: Floats) -> float:
@@ -32,35 +32,10 @@ def noise_level(position: Floats) -> float:
 
 def smoothed_states(samples: Samples, at: Ints) -> Floats:
     """Position and velocity at samples `at` (k,), by local parabolas as wide as the noise asks for. (k, 2)"""
-    noise = noise_level(samples.position)
-    states, widening = np.empty((len(at), 2)), np.ones(len(at), dtype=bool)
-    for reach in REACHES:
-        fits, misfit = _parabolas(samples, at, reach)
-        fitting = misfit <= FITS * noise
-        take = widening & (fitting | (reach == REACHES[0]))
-        states[take] = fits[take]
-        widening &= fitting
-        if not widening.any():
-            break
+    states = np.empty((len(at), 2))
+    limit = FITS * noise_level(samples.position)
+    parabolas(samples.t, samples.position, samples.edges, samples.run, at, REACHES, samples.sample_time, limit, states)
     return states
-
-
-def _parabolas(samples: Samples, at: Ints, reach: int) -> tuple[Floats, Floats]:
-    """Position and velocity (k, 2) of parabolas through `reach` samples to each side, and their rms misfit (k,)."""
-    edges = np.append(samples.first, len(samples))
-    index = at[:, None] + np.arange(-reach, reach + 1)
-    run = samples.run[at][:, None]
-    inside = (index >= edges[run]) & (index < edges[run + 1])
-    index = np.clip(index, 0, len(samples) - 1)
-    span = reach * samples.sample_time
-    u = (samples.t[index] - samples.t[at][:, None]) / span
-    y = samples.position[index] - samples.position[at][:, None]
-    design = np.stack([np.ones_like(u), u, u**2], axis=2) * inside[:, :, None]
-    across = np.swapaxes(design, 1, 2)
-    fit = np.linalg.solve(across @ design + RIDGE * np.eye(3), across @ (y * inside)[:, :, None])
-    wrong = y * inside - (design @ fit)[:, :, 0]
-    misfit = np.sqrt((wrong**2).sum(axis=1) / np.maximum(inside.sum(axis=1) - 3, 1))
-    return np.stack([fit[:, 0, 0] + samples.position[at], fit[:, 1, 0] / span], axis=1), misfit
 
 
 def restarted(samples: Samples, run_length: float = RUN_LENGTH) -> tuple[Samples, Floats]:

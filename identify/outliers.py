@@ -25,7 +25,7 @@ def late_outliers(problem: FrictionProblem, x: Floats, gain: Floats) -> Bools:
     moves the error to the next one; such samples stay.
     """
     samples = problem.samples
-    error = problem.errors(x[None], gain)[:, 0].copy()
+    error, _ = problem.jacobian(x, gain)
     sigma = float(np.median(np.abs(error[samples.valid]))) / 0.6745
     suspects = np.flatnonzero(np.abs(error) > SIGMAS * sigma)
     found = np.zeros(len(samples), dtype=np.bool_)

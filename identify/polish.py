@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 
 DAMPING = 1e-3  # of the normal matrix' diagonal, to begin with
 RELAX, STIFFEN = 0.1, 10.0  # of the damping after a step that gained what the model promised, and after one that lost
+UNSEEN = 0.25  # of what an iteration must gain: a step that promises less is not even tried
 SMALL_GAIN = 1e-2  # of the loss (a log-likelihood, so an absolute number): less is not worth an iteration
 
 
@@ -70,9 +71,11 @@ class Ends:
         return int(np.argmin(self.loss))
 
 
-def polish(problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30) -> Polished:
-    """Descend from x (size,) until an iteration gains less than `SMALL_GAIN`; never ends higher than it began."""
-    ends = polish_all(problem, x[None], gain, iterations)
+def polish(
+    problem: FrictionProblem, x: Floats, gain: Floats, iterations: int = 30, enough: float = SMALL_GAIN
+) -> Polished:
+    """Descend from x (size,) until an iteration gains `enough` or less; never ends higher than it began."""
+    ends = polish_all(problem, x[None], gain, iterations, enough)
     return Polished(ends.x[0], float(ends.loss[0]), ends.evaluations)
 
 
@@ -101,9 +104,17 @@ def polish_all(
         if not len(at) or (race and not active[np.argmin(now.loss)]):
             break
         here = now.take(at)
-        ahead = linearise(problem, _step(problem, here, damping[at], pinned), gains[:, at])
+        x = _step(problem, here, damping[at], pinned)
+        promised = here.promise(x)
+        trying = promised > UNSEEN * enough
+        if not trying.all():
+            active[at[~trying]] = False
+            at, here, x, promised = at[trying], here.take(trying), x[trying], promised[trying]
+            if not len(at) or race:
+                continue
+        ahead = linearise(problem, x, gains[:, at])
         evaluations += len(at) * (problem.p + 3)
-        gained, promised = here.loss - ahead.loss, here.promise(ahead.x)
+        gained = here.loss - ahead.loss
         better = gained > 0
         now.put(at[better], ahead.take(better))
         relax = (gained > 0.5 * promised) & ~failed[at]  # not at once after a failure: it would fail again
@@ -122,7 +133,8 @@ def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
     lanes = p + 3
     sign = np.where(x[:, :p] + DIFFERENCE > problem.bounds[1][:p], -1.0, 1.0)
     candidates = np.repeat(x[:, None], lanes, axis=1)
-    candidates[:, 1 + np.arange(p), np.arange(p)] += sign * DIFFERENCE
+    index = np.arange(p)
+    candidates[:, 1 + index, index] += sign * DIFFERENCE
     candidates[:, p + 1, p::2] += DIFFERENCE
     candidates[:, p + 2, p + 1 :: 2] += DIFFERENCE
     with np.errstate(all="ignore"):
@@ -131,20 +143,26 @@ def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
         used = problem.samples.used
         variance = square / used + 1e-300
         centre, spread = problem.prior
-        loss = used * np.log(variance) + (((x - centre) / spread) ** 2).sum(axis=1)
-        normal = normal / variance[:, None, None] + np.diag(1.0 / spread**2)
-        downhill = downhill / variance[:, None] - (x - centre) / spread**2
-    usable = np.isfinite(loss) & np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(downhill).all(axis=1)
+        pull = 1.0 / spread**2
+        loss = used * np.log(variance) + problem.prior_loss(x)
+        normal /= variance[:, None, None]
+        normal[:, np.arange(len(pull)), np.arange(len(pull))] += pull
+        downhill = downhill / variance[:, None] - (x - centre) * pull
+        whole = normal.sum(axis=(1, 2)) + downhill.sum(axis=1)  # a single infinity or nan spoils it
+    usable = np.isfinite(loss) & np.isfinite(whole)
     return Linearised(x, np.where(usable, loss, np.inf), normal, downhill)
 
 
 def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> tuple[Floats, Floats, Floats]:
     """Sums of squares (k,), J'J (k, size, size) and -J'e (k, size) from the errors of k points and of their lanes."""
     k, p, size, lanes = len(sign), problem.p, problem.size, problem.p + 3
-    products = np.empty((problem.samples.runs, k, lanes, lanes))
-    gram(error, problem.samples.run, lanes, np.empty(lanes), products)
+    runs = problem.samples.runs
+    products = np.empty((runs, k, lanes, lanes))
+    gram(error, problem.samples.edges, lanes, products)
     scale = np.concatenate([np.ones((k, 1)), sign / DIFFERENCE, np.full((k, 2), 1.0 / DIFFERENCE)], axis=1)
     products *= scale[:, :, None] * scale[:, None, :]
+    if runs == 1:
+        return products[0, :, 0, 0], products[0, :, 1:, 1:], -products[0, :, 0, 1:]
     normal, downhill = np.zeros((k, size, size)), np.zeros((k, size))
     shared = products.sum(axis=0)
     normal[:, :p, :p], downhill[:, :p] = shared[:, 1 : p + 1, 1 : p + 1], -shared[:, 0, 1 : p + 1]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.kernels.smoothing import slopes
 from identify.mending import Mender, Piece
 from plant.axis import Axis, TorqueHold
 from plant.recording import Recording
@@ -26,7 +28,7 @@ SHORTEST_RUN = 20  # samples; shorter pieces between gaps are dropped
 NOMINAL = 0.05  # share by which the nominal sample time may miss the stamps' median
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """Samples in one or more runs; the model restarts where a new run begins, so it never crosses a gap.
 
@@ -58,20 +60,25 @@ class Samples:
         """Count the samples."""
         return len(self.t)
 
-    @property
+    @cached_property
     def used(self) -> int:
         """Number of positions compared with the model."""
         return int(np.count_nonzero(self.valid))
 
-    @property
+    @cached_property
     def runs(self) -> int:
         """Number of runs."""
         return int(self.run[-1]) + 1
 
-    @property
+    @cached_property
     def first(self) -> Ints:
         """Index of each run's first sample. (runs,)"""
         return np.flatnonzero(np.diff(self.run, prepend=-1)).astype(np.int64)
+
+    @cached_property
+    def edges(self) -> Ints:
+        """First sample of each run, and the end. (runs + 1,)"""
+        return np.append(self.first, len(self.t))
 
     def part(self, start: int, stop: int) -> Samples:
         """Samples `start` to `stop` (exclusive), runs counted anew."""
@@ -184,17 +191,5 @@ def smooth_velocity(samples: Samples, span: float = 0.05) -> Floats:
     """Velocity from straight lines through 2 * `span` seconds of position, within each run. [m/s] (n,)"""
     velocity = np.empty(len(samples))
     reach = max(2, round(span / samples.sample_time))
-    for first, last in zip(samples.first, [*samples.first[1:], len(samples)], strict=True):
-        t, y = samples.t[first:last], samples.position[first:last]
-        low = np.clip(np.arange(len(t)) - reach, 0, None)
-        high = np.clip(np.arange(len(t)) + reach + 1, None, len(t))
-        sums = [
-            np.concatenate([[0.0], np.cumsum(x)])
-            for x in (t - t[0], y - y[0], (t - t[0]) ** 2, (t - t[0]) * (y - y[0]))
-        ]
-        s_t, s_y, s_tt, s_ty = (c[high] - c[low] for c in sums)
-        count = high - low
-        spread = s_tt - s_t**2 / count
-        alone = spread <= 0.0  # a run of one sample has no slope
-        velocity[first:last] = np.where(alone, 0.0, (s_ty - s_t * s_y / count) / np.where(alone, 1.0, spread))
+    slopes(samples.t, samples.position, samples.edges, reach, velocity)
     return velocity

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.kernels.predictor import predict
+from identify.kernels.predictor import WIDTH, predict
 from identify.preprocess import Samples, smooth_velocity
 from plant.axis import Axis
 
@@ -24,7 +24,6 @@ LONGEST_SUBSTEP = 0.005  # s: 40 um over a free run of 20 s, far less in one-sec
 FINEST_SUBSTEP = 0.001  # s: 1 um over a free run of 20 s; the last polish and the intervals use it
 OFFSET_PRIOR = 0.01  # of rated force, where mass and gravity are known (design.md, baseline model)
 DIFFERENCE = 1e-5  # of a scaled unknown: sqrt of the rounding of a one-step error
-LANES = 8  # candidates are padded to whole vectors
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,8 @@ class FrictionProblem:
         self.estimates_mass = not axis.mechanics.inertia_known
         self.p = 6 if self.estimates_mass else 5
         self.substeps = max(1, int(np.ceil(samples.sample_time / longest_substep - 1e-9)))
-        self._buffers: dict[int, tuple[Floats, Floats]] = {}
+        self._buffers: dict[int, Floats] = {}
+        self._last: tuple[bytes, Floats, Floats] | None = None
 
     def refined(self, longest_substep: float = FINEST_SUBSTEP) -> FrictionProblem:
         """The same problem marched in finer steps: dearer, and right to the micrometre."""
@@ -145,6 +145,12 @@ class FrictionProblem:
             spread[5] = np.log(2.0)
         return centre, spread
 
+    def prior_loss(self, x: Floats) -> Floats:
+        """What the priors add to the loss of candidates x (m, size). (m,)"""
+        centre, spread = self.prior
+        away = (x - centre) / spread
+        return np.asarray(np.einsum("mi,mi->m", away, away), dtype=np.float64)
+
     @property
     def gravity_known(self) -> bool:
         """True where weight is known, so that a constant force has a prior of zero."""
@@ -193,37 +199,28 @@ class FrictionProblem:
             x[index] = np.log(values[name] / unit) if logarithmic else values[name] / unit
         return np.clip(x, *self.bounds)
 
+    @cached_property
+    def start_units(self) -> Floats:
+        """Sizes of the start unknowns of all runs. (2 runs, 1)"""
+        return np.tile(self.start_unit, self.samples.runs)[:, None]
+
     def start(self, x: Floats) -> Floats:
         """Position and velocity at each run's start for candidates x (m, size). (2 runs, m)"""
-        unit = np.tile(self.start_unit, self.samples.runs)
-        return np.ascontiguousarray(self.first_state.reshape(-1)[:, None] + x[:, self.p :].T * unit[:, None])
+        return np.ascontiguousarray(self.first_state.reshape(-1)[:, None] + x[:, self.p :].T * self.start_units)
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
         """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
         m = len(x)
-        padded = -(-m // LANES) * LANES
-        x = np.concatenate([x, np.repeat(x[-1:], padded - m, axis=0)]) if padded > m else x
-        gains = np.empty((4, padded))
-        gains[:, :m] = gain if gain.ndim == 2 else gain[:, None]
-        gains[:, m:] = gains[:, m - 1 : m]
-        if padded not in self._buffers:
-            self._buffers[padded] = np.empty((3, padded)), np.empty((len(self.samples), padded))
-        state, error = self._buffers[padded]
+        padded = -(-m // WIDTH) * WIDTH
+        fill = np.minimum(np.arange(padded), m - 1)
+        x = x[fill] if padded > m else x
+        gains = gain[:, fill] if gain.ndim == 2 else np.repeat(gain[:, None], padded, axis=1)
+        error = self._buffers.get(padded)
+        if error is None:
+            error = self._buffers[padded] = np.empty((len(self.samples), padded))
         s = self.samples
-        predict(
-            s.force,
-            s.position,
-            s.steps,
-            s.run,
-            s.valid,
-            self.substeps,
-            s.linear,
-            self.law(x),
-            self.start(x),
-            gains,
-            state,
-            error,
-        )
+        law, start = self.law(x), self.start(x)
+        predict(s.force, s.position, s.steps, s.run, s.valid, self.substeps, s.linear, law, start, gains, error)
         return error[:, :m]
 
     def losses(self, x: Floats, gain: Floats) -> Floats:
@@ -232,15 +229,21 @@ class FrictionProblem:
         square = np.einsum("nm,nm->m", error, error)
         with np.errstate(invalid="ignore", divide="ignore"):
             loss = self.samples.used * np.log(square / self.samples.used + 1e-300)
-        centre, spread = self.prior
-        loss += (((x - centre) / spread) ** 2).sum(axis=1)
+        loss += self.prior_loss(x)
         return np.where(np.isfinite(loss), loss, np.inf)
 
     def jacobian(self, x: Floats, gain: Floats) -> tuple[Floats, Floats]:
         """Prediction errors (n,) and their derivatives (n, size) at x by forward differences, all lanes at once.
 
-        Starts of all runs are moved together: a run's errors depend on its own start alone.
+        Starts of all runs are moved together: a run's errors depend on its own start alone. The last answer is kept,
+        for everything that is asked about an optimum begins with it; do not write into it.
         """
+        asked = x.tobytes() + gain.tobytes()
+        if self._last is None or self._last[0] != asked:
+            self._last = asked, *self._differences(x, gain)
+        return self._last[1], self._last[2]
+
+    def _differences(self, x: Floats, gain: Floats) -> tuple[Floats, Floats]:
         p, step = self.p, DIFFERENCE
         sign = np.where(x + step > self.bounds[1], -1.0, 1.0)
         candidates = np.repeat(x[None], p + 3, axis=0)
@@ -251,8 +254,11 @@ class FrictionProblem:
         error = self.errors(candidates, gain)
         base = error[:, 0].copy()
         slope = (error[:, 1:] - base[:, None]) / step
+        slope[:, :p] *= sign[:p]
+        if self.samples.runs == 1:
+            return base, slope
         jacobian = np.zeros((len(base), self.size))
-        jacobian[:, :p] = slope[:, :p] * sign[:p]
+        jacobian[:, :p] = slope[:, :p]
         rows = np.arange(len(base))
         jacobian[rows, p + 2 * self.samples.run] = slope[:, p]
         jacobian[rows, p + 2 * self.samples.run + 1] = slope[:, p + 1]

@@ -10,7 +10,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from identify.genetic import GeneticAlgorithm, GeneticSettings
-from identify.observer import gain_table
+from identify.observer import CORRELATION_TIMES, gain_table
 from identify.polish import SMALL_GAIN, Ends, linearise, polish_all
 from identify.problem import FrictionProblem
 
@@ -21,10 +21,16 @@ START = GeneticSettings(population=32, bits=10, mutation=0.03, target=-np.inf, g
 FINALISTS = 3  # individuals the polish starts from
 LIKELIER = 0.5  # of log-likelihood units: a smaller gain does not count as better
 SCOUTS = 4  # random candidates that show which gain tracks
+SCOUTED = 2  # every second gain is enough for that
+AFAR = 0.5  # of log-likelihood units: a witness that gains less in an iteration has arrived
 ROUGH = 0.1  # of log-likelihood units: what an iteration must gain where the gain will change anyway
 KICK = 3.0  # standard deviations
 WEAKER = (0, 1, 3)  # half decades below the present gain, less one
+NEARBY = 10.0**1.01  # ratio of rho between gains that are looked at again after a small move
+WORTH = 3  # points polished at their likeliest gains; the less likely ones are left (no miss in 144 cold searches)
 WEAK = 10.0  # 1/s^2, rho: below it the optimum of a still weaker observer is too narrow to be seen from here
+FINISHES = 4  # last polishes at most; one or two are usual
+HOPEFUL = 3.0  # of the loss: how far above the best a point may be that still changes its gain
 ROUNDS = 8  # of the homotopy at most; two are usual
 SAME = 0.02  # of scaled unknowns: polished points closer than this are one
 CLASSICAL = (0.5, 0.65, float(np.log(0.25)), 0.3)  # F_c, F_s, log v_s, F_v scaled: the branch of a textbook friction
@@ -91,8 +97,8 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
     p = problem.p
     low, high = problem.bounds
     scouts = with_start(problem, rng.uniform(low[:p], high[:p], size=(SCOUTS, p)))
-    by_gain = losses_by_gain(coarse, scouts, gains)
-    gain = gains[:, by_gain.min(axis=0).argmin()]
+    by_gain = losses_by_gain(coarse, scouts, gains[:, ::SCOUTED])
+    gain = gains[:, SCOUTED * by_gain.min(axis=0).argmin()]
     path.evaluations += by_gain.size
     seeds = np.array([_classical(problem)])
     if start is not None:
@@ -135,16 +141,13 @@ class _Homotopy:
         self.evaluations += ends.evaluations
         return ends
 
-    def likeliest(self, x: Floats) -> Ints:
-        """Index of the gain at which each of x (k, size) is likeliest. (k,)"""
-        self.evaluations += len(x) * self.gains.shape[1]
-        index: Ints = losses_by_gain(self.problem, x, self.gains).argmin(axis=1)
-        return index
-
     def settle(self, x: Floats) -> tuple[Floats, float, int]:
         """The best of x (k, size) after a polish at their likeliest gains: unknowns, loss, index of its gain."""
-        index = self.likeliest(x)
-        ends = self.polish(x, index, 12, ROUGH)
+        self.evaluations += len(x) * self.gains.shape[1]
+        by_gain = losses_by_gain(self.problem, x, self.gains)
+        worth = by_gain.min(axis=1).argsort()[:WORTH]
+        index: Ints = by_gain[worth].argmin(axis=1)
+        ends = self.polish(x[worth], index, 12, ROUGH)
         return ends.x[ends.best], float(ends.loss[ends.best]), int(index[ends.best])
 
     def weaker(self, index: int) -> Ints:
@@ -181,14 +184,38 @@ class _Homotopy:
         return self.finished(best, index)
 
     def finished(self, x: Floats, index: int) -> SearchResult:
-        """The last polish of x (size,), at the gain of `index` or the likelier one that shows up on the way."""
-        for _ in range(3):
-            ends = self.polish(x[None], np.array([index]), 20, SMALL_GAIN)
-            x, loss, before = ends.x[0], float(ends.loss[0]), index
-            index = int(self.likeliest(ends.x)[0])
-            if index == before:
+        """The last polish of x (size,), at the gain of `index` or the likelier one that shows up on the way.
+
+        In lanes that would idle, the same point is polished under a weaker observer of another correlation time: where
+        the way to a likelier optimum leads over a ridge, it leads around.
+        """
+        points, at = np.stack([x, x]), np.array([index, self.aside(index)])
+        for _ in range(FINISHES):
+            ends = self.polish(points, at, 20, SMALL_GAIN)
+            near = nearby(self.settings, int(at[0]))
+            by_gain = losses_by_gain(self.problem, ends.x, self.gains[:, near])
+            self.evaluations += by_gain.size
+            likeliest, least = near[by_gain.argmin(axis=1)], by_gain.min(axis=1)
+            moving = likeliest != at
+            moving &= least < least.min() + HOPEFUL
+            if not moving.any():
                 break
-        return SearchResult(x, loss, self.gains[:, before].copy(), self.settings[:, before].copy(), self.evaluations)
+            points, at = ends.x[least.argsort()], likeliest[least.argsort()]
+        end, index = ends.best, int(at[ends.best])
+        return SearchResult(
+            ends.x[end],
+            float(ends.loss[end]),
+            self.gains[:, index].copy(),
+            self.settings[:, index].copy(),
+            self.evaluations,
+        )
+
+    def aside(self, index: int) -> int:
+        """Index of the gain half a decade weaker at another correlation time; the free run where there is none."""
+        tau, rho = self.settings[:, index]
+        other = CORRELATION_TIMES[0] if tau == CORRELATION_TIMES[1] else CORRELATION_TIMES[1]
+        found = np.flatnonzero((self.settings[0] == other) & (self.settings[1] < rho / 2.0))
+        return int(found[-1]) if len(found) else 0
 
     def confirmed(
         self, coarse: FrictionProblem, start: Floats, witnesses: Floats, gain: Floats
@@ -201,7 +228,7 @@ class _Homotopy:
             witnesses: points (w, size) that know nothing of it; the best of them counts.
             gain: strong, for the witnesses to begin at. (4,)
         """
-        afar = polish_all(coarse, witnesses, gain, 12, ROUGH, race=True)
+        afar = polish_all(coarse, witnesses, gain, 12, AFAR, race=True)
         self.evaluations += afar.evaluations
         pair, lead, index = np.stack([start, afar.x[afar.best]]), 0, -1
         for _ in range(ROUNDS):
@@ -213,6 +240,14 @@ class _Homotopy:
             self.evaluations += self.gains.shape[1] + ends.evaluations
         apart = float(np.abs(pair[0, : coarse.p] - pair[1, : coarse.p]).max())
         return (pair[lead], index) if apart < SAME and float(np.ptp(ends.loss)) < LIKELIER else None
+
+
+def nearby(settings: Floats, index: int) -> Ints:
+    """Indices of the observers up to a decade weaker or stronger than that of `index`, and of the free run."""
+    rho = max(settings[1, index], settings[1, 1:].min() / NEARBY)
+    far = np.where(settings[0] == settings[0, index], NEARBY, np.sqrt(NEARBY))
+    ratio = settings[1] / rho
+    return np.flatnonzero(((ratio < far) & (ratio > 1.0 / far)) | (settings[1] == 0.0))
 
 
 def losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:

@@ -108,7 +108,7 @@ def step_error(problem: FrictionProblem, x: Floats, gain: Floats) -> Floats:
     """
     own = problem.samples.sample_time / problem.substeps
     rough = problem.refined(2.0 * own)
-    change = rough.errors(x[None], gain)[:, 0] - problem.errors(x[None], gain)[:, 0]
+    change = rough.errors(x[None], gain)[:, 0] - problem.jacobian(x, gain)[0]
     return np.asarray(0.5 * change, dtype=np.float64)
 
 

@@ -18,7 +18,10 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
-@njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+WIDTH = 16  # candidates marched together: two vectors hide each other's latency, so sixteen cost what one does
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
 def predict(
     force: Floats,
     position: Floats,
@@ -30,10 +33,9 @@ def predict(
     law: Floats,
     start: Floats,
     gain: Floats,
-    state: Floats,
     error: Floats,
 ) -> None:
-    """Fill the one-step prediction errors of m candidates over n samples in one or more runs.
+    """Fill the one-step prediction errors of m candidates, a multiple of `WIDTH`, over n samples in one or more runs.
 
     Args:
         force: drive force at the belt. [N] (n,)
@@ -47,49 +49,51 @@ def predict(
         law: rows F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)
         start: rows y, v of run 0, y, v of run 1, ... at the runs' first samples. (2 runs, m)
         gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, m)
-        state: scratch rows y, v, d. (3, m)
         error: measured minus predicted position. [m] (n, m)
     """
-    n, m = force.shape[0], law.shape[1]
-    coulomb, bump, inverse_stribeck, viscous, mass, against = law[0], law[1], law[2], law[3], law[4], law[5]
-    gain_y, gain_v, gain_d, phi = gain[0], gain[1], gain[2], gain[3]
-    y, v, d = state[0], state[1], state[2]
-    current = -1
-    for k in range(n):
-        if run[k] != current:
-            current = run[k]
-            first_y, first_v = start[2 * current], start[2 * current + 1]
-            for j in range(m):
-                y[j], v[j], d[j] = first_y[j], first_v[j], 0.0
-        measured = position[k]
-        row = error[k]
-        if valid[k]:
-            for j in range(m):
-                e = measured - y[j]
-                row[j] = e
-                y[j] += gain_y[j] * e
-                v[j] += gain_v[j] * e
-                d[j] += gain_d[j] * e
-        else:
-            for j in range(m):
-                row[j] = 0.0
-        if k + 1 < n and run[k + 1] == current:
-            h = steps[k] / substeps
-            half, inverse_h = 0.5 * h, 1.0 / h
-            slope = (force[k + 1] - force[k]) / substeps if linear else 0.0
-            for i in range(substeps):
-                middle = force[k] + (i + 0.5) * slope
-                for j in range(m):
-                    ahead = advance_velocity(
-                        v[j],
-                        middle - against[j] + mass[j] * d[j],
-                        mass[j] * inverse_h,
-                        coulomb[j],
-                        bump[j],
-                        inverse_stribeck[j],
-                        viscous[j],
-                    )
-                    y[j] += half * (v[j] + ahead)
-                    v[j] = ahead
-            for j in range(m):
-                d[j] *= phi[j]
+    n = force.shape[0]
+    c = np.empty((13, WIDTH))  # law, gain, and y, v, d: one array, so that the compiler sees what cannot overlap
+    for block in range(0, law.shape[1], WIDTH):
+        for j in range(WIDTH):
+            for r in range(6):
+                c[r, j] = law[r, block + j]
+            for r in range(4):
+                c[6 + r, j] = gain[r, block + j]
+        current = -1
+        for k in range(n):
+            if run[k] != current:
+                current = run[k]
+                for j in range(WIDTH):
+                    c[10, j], c[11, j], c[12, j] = start[2 * current, block + j], start[2 * current + 1, block + j], 0.0
+            measured = position[k]
+            if valid[k]:
+                for j in range(WIDTH):
+                    e = measured - c[10, j]
+                    error[k, block + j] = e
+                    c[10, j] += c[6, j] * e
+                    c[11, j] += c[7, j] * e
+                    c[12, j] += c[8, j] * e
+            else:
+                for j in range(WIDTH):
+                    error[k, block + j] = 0.0
+            if k + 1 < n and run[k + 1] == current:
+                h = steps[k] / substeps
+                half, inverse_h = 0.5 * h, 1.0 / h
+                slope = (force[k + 1] - force[k]) / substeps if linear else 0.0
+                for i in range(substeps):
+                    middle = force[k] + (i + 0.5) * slope
+                    for j in range(WIDTH):
+                        v = c[11, j]
+                        ahead = advance_velocity(
+                            v,
+                            middle - c[5, j] + c[4, j] * c[12, j],
+                            c[4, j] * inverse_h,
+                            c[0, j],
+                            c[1, j],
+                            c[2, j],
+                            c[3, j],
+                        )
+                        c[10, j] += half * (v + ahead)
+                        c[11, j] = ahead
+                for j in range(WIDTH):
+                    c[12, j] *= c[9, j]

@@ -69,7 +69,7 @@ def test_it_never_ends_higher_than_it_began_and_stays_within_bounds(seed):
     x = np.clip(classical(one) + rng.normal(size=(6, one.size)), low, high)
     for gain in (strong(one), FREE):
         ends = polish_all(one, x, gain, 10)
-        assert (ends.loss <= one.losses(x, gain)).all()
+        assert (ends.loss <= one.losses(x, gain) + 1e-6).all()  # rounding of two ways to sum
         assert ((ends.x >= low) & (ends.x <= high)).all()
 
 
