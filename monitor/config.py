@@ -24,6 +24,7 @@ LOOPBACK = re.compile(r"/(127\.\d+\.\d+\.\d+|localhost|\[::1\]):")
 
 Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
+HttpUrl = Annotated[str, Field(pattern=r"^https?://[^\s/]+")]
 AlertKind = Literal["wear", "lubrication", "jam", "model_mismatch", "operating_point", "data_quality", "stale"]
 
 
@@ -109,7 +110,7 @@ class AlarmsSection(_Section):
 class WebhookSection(_Section):
     """Who else is told of alerts, by HTTP POST in the format of Prometheus' Alertmanager (v2)."""
 
-    urls: tuple[str, ...] = Field(default=(), description="like http://alertmanager:9093/api/v2/alerts")
+    urls: tuple[HttpUrl, ...] = Field(default=(), description="like http://alertmanager:9093/api/v2/alerts")
     token_file: str = Field(default="", description="file with a bearer token; empty = none")
     timeout: Seconds = Field(default=10.0, description="for one request [s]")
     first_retry: Seconds = Field(default=5.0, description="after a failed try; doubled with every further one [s]")

@@ -69,6 +69,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.access import security_settings
     from monitor.command_zenoh import CommandServer
     from monitor.commands import CommandBox
+    from monitor.http_webhook import Postman
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
     from monitor.notify_systemd import Notifier
@@ -106,6 +107,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         stack.callback(server.close)
         operators = CommandServer(session, config.site, net.prefix, commands)
         stack.callback(operators.close)
+        postman = Postman(config.webhook, store, wake=inbox.wake)
+        stack.callback(postman.close)
         roster = Roster(config.sharing.member, inbox.wake)
         if roster.member:
             attendance = Attendance(session, config.site, net.prefix, roster)
@@ -148,6 +151,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
                         ready = None
                     while not stop.is_set() and roster.changes == changes:
                         pipeline.step()
+                        postman.pump(pipeline.fleet)
                         pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
             except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written
                 log.warning("another daemon took over", why=str(error))

@@ -50,7 +50,12 @@ class AlarmStore(SharingStore):
                 alert=change.record.alert or {},
             )
             ids.append(int(db.execute(row.returning(TransitionRow.id)).scalar_one()))
-        letters = [{"transition_id": number, "receiver": one} for number in ids for one in self.receivers]
+        letters = [
+            {"transition_id": number, "receiver": one}
+            for number, change in zip(ids, changes, strict=True)
+            for one in self.receivers
+            if change.record.alert  # put aside before it was ever raised: nothing to tell
+        ]
         if letters:
             db.execute(insert(OutboxRow), letters)
         return ids
