@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
+.PHONY: help setup run test lint docs bench bench-search bench-scale paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -55,6 +55,9 @@ bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 
 bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
+
+bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
+	$(PY) -m tests.benchmarks.bench_scale $(ARGS)
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PYTEST) tests/paper -m "slow or not slow"

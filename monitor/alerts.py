@@ -83,9 +83,15 @@ def compose(
         "consequence": advice.consequence,
         "likely_cause": advice.likely_cause,
         "recommended_action": advice.recommended_action,
-        "text": explain(axis, kind, evidence),
+        "text": explain(axis, kind, evidence) + _pace(evidence),
         "evidence": evidence,
     }
+
+
+def _pace(evidence: dict[str, Any]) -> str:
+    """What an alert rests on less of than usual."""
+    every = evidence.get("hop_stretched", 1)
+    return f" Identification is behind: only every {every}th window is made." if every > 1 else ""
 
 
 def explain(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,6 +41,10 @@ class AxisRun:
         gaps: breaks of the stream by kind, ever.
         delay: from the arrival of the latest message to its turn. [s]
         completed: when each window of `order` was complete, on the monotonic clock, in the same order. [s]
+        told: when its status was published. [s]
+        visited: when its turn was in the rounds. [s]
+        pruned: when its journal was tidied up. [s]
+        queued: it waits for its turn at the workers.
         outcome: what was settled since the last commit.
         heard: monotonic time of the latest message. [s] None = not since the start
         dirty: a counter changed since the last commit.
@@ -61,6 +66,10 @@ class AxisRun:
     gaps: collections.Counter[str] = field(default_factory=collections.Counter)
     delay: float = 0.0
     completed: collections.deque[float] = field(default_factory=collections.deque)
+    told: float = -math.inf
+    visited: float = -math.inf
+    pruned: float = -math.inf
+    queued: bool = False
     outcome: Outcome = field(default_factory=Outcome)
     heard: float | None = None
     dirty: bool = False

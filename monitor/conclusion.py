@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import structlog
@@ -44,8 +45,16 @@ class Conclusion:
         try:
             run.audit.hear(estimate)
             run.drift, findings = judge(run.drift, estimate, run.rule)
-            return run.audit.quality(findings), indicators(run.drift, estimate)
+            return _with_pace(run, run.audit.quality(findings)), indicators(run.drift, estimate)
         except Exception:
             run.reject("judgement_error")
             log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))
             return [], []
+
+
+def _with_pace(run: AxisRun, findings: list[Finding]) -> list[Finding]:
+    """While the hop is stretched, an alert says that it rests on fewer windows than usual."""
+    if run.assembler is None or run.assembler.stretch == 1:
+        return findings
+    pace = {"hop_stretched": run.assembler.stretch}
+    return [dataclasses.replace(one, evidence=one.evidence | pace) if one.holds else one for one in findings]

@@ -56,6 +56,9 @@ class IntakeSection(_Section):
     queue_blocks: Count = Field(
         default=20000, description="blocks waiting for the core; beyond it they are dropped, counted"
     )
+    queue_bytes: Count = Field(
+        default=200_000_000, description="their payloads together; beyond it they are dropped [B]"
+    )
     reorder_seconds: Seconds = Field(default=2.0, description="wait for late blocks before a gap is declared [s]")
     commit_seconds: Seconds = Field(default=0.2, description="longest time a received block waits for its commit [s]")
     stale_after: Seconds = Field(default=7200.0, description="silence on the wall clock that makes an axis stale [s]")
@@ -70,6 +73,9 @@ class IdentificationSection(_Section):
     )
     method: str = Field(default="ga+polish", description="see tribowatch identify --method")
     retries: int = Field(default=2, ge=0, description="new attempts after a worker died, then the window is bad_data")
+    max_lag_seconds: Seconds = Field(
+        default=60.0, description="wait of a live axis' window for its answer beyond which every hop is stretched [s]"
+    )
     timeout_seconds: Seconds = Field(
         default=300.0, description="a worker busy longer is taken as hung and replaced [s]"
     )

@@ -29,21 +29,21 @@ class Dispatch:
         """`conclude` is called with every answer of an axis, in the order of its windows."""
         self._config, self._fleet, self._store, self._workers = config, fleet, store, workers
         self._conclude = conclude
-        self._turn = 0
+        self.answered = 0  # windows, ever
 
     def submit(self) -> None:
         """Give windows to the workers, one axis after the other, as long as they have room."""
-        names = list(self._fleet.runs)
-        idle = 0
-        while self._workers.free and names and idle < len(names):
-            run = self._fleet.runs[names[self._turn % len(names)]]
-            self._turn += 1
-            ahead = len(run.order) - len(run.waiting)
-            if not run.waiting or ahead >= AHEAD * self._config.workers:
-                idle += 1
-                continue
-            idle = 0
-            self._submit(run)
+        ready, passed_over = self._fleet.ready, 0
+        while self._workers.free and passed_over < len(ready):
+            run = ready.popleft()
+            if len(run.order) - len(run.waiting) < AHEAD * self._config.workers:
+                self._submit(run)
+                passed_over = 0
+            else:
+                passed_over += 1
+            run.queued = bool(run.waiting)
+            if run.queued:
+                ready.append(run)
 
     def _submit(self, run: AxisRun) -> None:
         assert run.axis is not None
@@ -61,6 +61,7 @@ class Dispatch:
             if run is not None:
                 touched[run.record.name] = run
                 run.answers[job.row] = estimate
+            self.answered += 1
         for run in touched.values():
             while (answer := run.next_answer()) is not None:
                 self._conclude(run, *answer)

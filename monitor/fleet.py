@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 
@@ -11,7 +12,7 @@ from monitor.axis_run import AxisRun, drift_rule, needs_stream, window_rule
 from monitor.config import Config
 from monitor.drift import DriftState
 from monitor.store import Store
-from monitor.windows import Assembler
+from monitor.windows import Assembler, Window
 from plant import keys
 from plant.axis import Axis
 from plant.errors import ParameterError
@@ -38,6 +39,8 @@ class Fleet:
         """
         self._config, self._store, self._owns = config, store, owns
         self.unknown_keys = 0
+        self.complete = 0  # windows of live axes, ever
+        self.ready: collections.deque[AxisRun] = collections.deque()  # with windows for the workers, in turn
         self.runs = self._take_up(axes, now)
         self._strangers = sum(run.axis is None for run in self.runs.values())
         self._by_key: dict[str, AxisRun] = {}
@@ -61,11 +64,25 @@ class Fleet:
             run.alarms = self._store.alarms(record.id)
         for row, axis_id, window in self._store.pending():
             if (ours := by_id.get(axis_id)) is not None and ours.axis is not None:
-                ours.wait_for_answer(row, window, now)
+                self.line_up(ours, row, window, now)
         for axis_id, kind, count in self._store.gap_counts():
             if axis_id in by_id:
                 by_id[axis_id].gaps[kind] = count
         return runs
+
+    def line_up(self, run: AxisRun, row: int, window: Window, now: float) -> None:
+        """A window is complete at monotonic time `now` [s]: it waits for its axis' turn."""
+        run.wait_for_answer(row, window, now)
+        self.complete += not run.clock.replayed
+        if not run.queued:
+            run.queued = True
+            self.ready.append(run)
+
+    def stretch(self, factor: int) -> None:
+        """Begin only every `factor`-th window on live axes; a replay has time to wait."""
+        for run in self:
+            if run.assembler is not None:
+                run.assembler.stretch = 1 if run.clock.replayed else factor
 
     def assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:
         """Give `run` its assembler; `step_ns` [ns] is the sample time where only the stream shows it."""

@@ -20,9 +20,9 @@ class Message:
 class Inbox:
     """A bounded queue that also wakes its one consumer for other reasons. What does not fit is counted per key."""
 
-    def __init__(self, capacity: int) -> None:
-        """Hold at most `capacity` messages."""
-        self._capacity = capacity
+    def __init__(self, capacity: int, most_bytes: int = 200_000_000) -> None:
+        """Hold at most `capacity` messages, and payloads of `most_bytes` together."""
+        self._capacity, self._room = capacity, most_bytes
         self._messages: collections.deque[Message] = collections.deque()
         self._dropped: collections.Counter[str] = collections.Counter()
         self._lock = threading.Lock()
@@ -31,8 +31,9 @@ class Inbox:
     def put(self, message: Message) -> None:
         """Take a message, or count it as dropped."""
         with self._lock:
-            if len(self._messages) < self._capacity:
+            if len(self._messages) < self._capacity and len(message.payload) <= self._room:
                 self._messages.append(message)
+                self._room -= len(message.payload)
             elif len(self._dropped) < self._capacity:
                 self._dropped[message.key] += 1
         self._event.set()
@@ -46,6 +47,7 @@ class Inbox:
         self._event.wait(timeout)
         with self._lock:
             messages = [self._messages.popleft() for _ in range(min(most, len(self._messages)))]
+            self._room += sum(len(message.payload) for message in messages)
             dropped, self._dropped = dict(self._dropped), collections.Counter()
             if not self._messages:
                 self._event.clear()

@@ -84,6 +84,10 @@ def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int, *, ke
         "held_blocks": run.assembler.held if run.assembler else 0,
         "pending_windows": len(run.order),
         "lag": {"intake_seconds": round(run.delay, 3), "windows_seconds": round(run.behind(now), 3)},
+        "hop": {
+            "samples": run.assembler.rule.hop * run.assembler.stretch if run.assembler else None,
+            "stretched": run.assembler.stretch if run.assembler else 1,
+        },
         "clock": run.clock.to_dict(),
         "audit": {"state": run.audit.state, "refused": run.audit.finding},
         "complaint": run.complaint,

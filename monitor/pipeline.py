@@ -2,7 +2,8 @@
 
 One supervising thread calls `step` again and again. It is the only one that writes the database; whatever is published
 was stored before. The order of one axis' answers is the order of its windows, so results do not depend on the workers.
-The stations are `reception.py`, `dispatch.py` and `conclusion.py`; the axes they serve are a `fleet.py`.
+The stations are `reception.py`, `dispatch.py` and `conclusion.py`; the axes they serve are a `fleet.py`, looked after
+in turn by `rounds.py`.
 """
 
 from __future__ import annotations
@@ -19,16 +20,14 @@ from monitor.dispatch import Dispatch
 from monitor.fleet import Fleet
 from monitor.inbox import Inbox
 from monitor.operate import Floor, serve
-from monitor.payloads import status_payload
 from monitor.reception import Reception
 from monitor.room import Room
+from monitor.rounds import Rounds
 from monitor.store import Store
 from monitor.workers import Workers
 from plant.axis import Axis
 
 MESSAGES_PER_STEP = 500
-STATUS_SECONDS = 1.0
-PRUNE_SECONDS = 5.0
 
 
 class Pipeline:
@@ -50,14 +49,14 @@ class Pipeline:
     ) -> None:
         """Take up every listed axis of ours where the history left it; `commands` are executed in every turn."""
         self._config, self._store, self._inbox = config, store, inbox
-        self._publish, self._clock, self._wall = publish, clock, wall
-        self._started = self._last_commit = self._last_status = self._last_prune = clock()
+        self._clock, self._last_commit = clock, clock()
         self.alarms = AlarmDesk(config, store, publish, wall)
         self.fleet = Fleet(config, axes, store, clock(), owns)
         self.floor = Floor(config, store, self.fleet, self.alarms, wall)
         self._commands = commands or CommandBox()
-        self.reception = Reception(self.fleet, store, self._tell_status, clock, wall)
         self.room = Room.of_database(config.database_url, config.history.reserve_mb, clock)
+        self.rounds = Rounds(config, self.fleet, store, self.alarms, publish, self.room, clock, wall)
+        self.reception = Reception(self.fleet, store, self.rounds.acknowledge, clock, wall)
         self.conclusion = Conclusion(config, store, self.alarms, publish, self.room)
         self.dispatch = Dispatch(config, self.fleet, store, workers, self.conclusion.conclude)
 
@@ -71,8 +70,8 @@ class Pipeline:
             self.commit()
         self.dispatch.collect()
         self.dispatch.submit()
-        self._prune(now)
-        self._tell_all(now)
+        self.rounds.pace(self.dispatch, now)
+        self.rounds.turn(now)
 
     def drain(self) -> None:
         """Take what has arrived and commit it; windows without an answer are done again after a restart."""
@@ -80,39 +79,12 @@ class Pipeline:
             self.reception.receive(*self._inbox.take(MESSAGES_PER_STEP, 0.0))
         self.commit()
         self.dispatch.collect()
-        self._tell_all(self._clock(), at_once=True)
+        self.rounds.all_at_once()
 
     def commit(self) -> None:
         """Write what was settled; after this, and only after this, it is acknowledged."""
         self._last_commit = self._clock()
         self.reception.commit()
-
-    def _prune(self, now: float) -> None:
-        if now - self._last_prune < PRUNE_SECONDS:
-            return
-        self._last_prune = now
-        for run in self.fleet:
-            if run.untidy:
-                run.untidy = False
-                keep = 0 if self.room.scarce else self._config.history.keep_raw_windows
-                self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
-
-    def _tell_all(self, now: float, *, at_once: bool = False) -> None:
-        if now - self._last_status < STATUS_SECONDS and not at_once:
-            return
-        self._last_status = now
-        for run in self.fleet:
-            self.alarms.tick(run)
-            self.alarms.watch_silence(run, now - (self._started if run.heard is None else run.heard))
-            self.alarms.watch_quality(run)
-            self._tell_status(run)
-
-    def _tell_status(self, run: AxisRun) -> None:
-        self._publish(
-            "status",
-            run.record.name,
-            status_payload(self._config, run, self._clock(), self._wall(), kept=not self.room.scarce),
-        )
 
     def tell_untold(self) -> None:
         """After a restart: publish the transitions that were stored but perhaps not told."""

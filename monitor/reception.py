@@ -33,6 +33,7 @@ class Reception:
         """`acknowledge` is called for every axis whose samples were committed. `clock` in s, `wall` in ns."""
         self._fleet, self._store, self._acknowledge = fleet, store, acknowledge
         self._clock, self._wall = clock, wall
+        self._holding: dict[int, AxisRun] = {}  # axes with blocks that wait for missing ones before them
 
     def receive(self, messages: list[Message], dropped: Mapping[str, int]) -> None:
         """Take messages; one that trips an error of ours is counted and passed over, its neighbours are served.
@@ -68,6 +69,8 @@ class Reception:
             return
         assembler = run.assembler or self._fleet.assemble(run, run.axis, step_of(block))
         run.add(assembler.offer(samples_of(block), self._clock()))  # patience begins at its turn, not in the queue
+        if assembler.held:
+            self._holding[run.record.id] = run
 
     def _read(self, run: AxisRun, message: Message) -> Block | None:
         """The block of a message; None and one more refusal where it is none of this axis."""
@@ -84,9 +87,11 @@ class Reception:
 
     def settle(self, now: float) -> None:
         """Declare the gaps that were waited for long enough at `now` [s]."""
-        for run in self._fleet:
-            if run.assembler is not None and run.assembler.held:
-                run.add(run.assembler.settle(now))
+        for row, run in list(self._holding.items()):
+            assert run.assembler is not None
+            run.add(run.assembler.settle(now))
+            if not run.assembler.held:
+                del self._holding[row]
 
     def commit(self) -> None:
         """Write what was settled; after this, and only after this, it is acknowledged."""
@@ -106,7 +111,7 @@ class Reception:
                         "gap", axis=run.record.name, missing=gap.missing, first=gap.from_seq, why=gap.kind.value
                     )
         for record, row, window in self._store.commit(batch):
-            by_id[record.id].wait_for_answer(row, window, now)
+            self._fleet.line_up(by_id[record.id], row, window, now)
         for (_, out), run in zip(batch, dirty, strict=True):
             run.untidy |= bool(out.gaps)  # the end of a segment may leave samples that no window will take
             if out.accepted:

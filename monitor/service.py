@@ -86,7 +86,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     with contextlib.ExitStack() as stack:
         store = Store(config.database_url, synchronous=config.history.synchronous, receivers=config.receivers)
         stack.callback(store.close)
-        inbox = Inbox(config.intake.queue_blocks)
+        inbox = Inbox(config.intake.queue_blocks, config.intake.queue_bytes)
         commands = CommandBox(inbox.wake)
         stack.callback(commands.close)
         settings = config.identification

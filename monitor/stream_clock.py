@@ -13,7 +13,9 @@ import numpy as np
 
 from plant.wire import Block
 
-KEPT = 32  # blocks looked back upon
+KEPT = 8  # blocks looked back upon
+SPACING = 0.5  # s of arrival between the blocks that a rate is taken from
+ANCHORS = 32  # of those are kept
 LONG_ENOUGH = 2.0  # s of arrival, below which a rate is mostly the network's
 LIVE = (0.5, 1.5)  # event time per wall time of a stream that is sent as it is measured
 AHEAD = 60.0  # s; stamps further in the future than this are no network delay
@@ -34,13 +36,18 @@ class StreamClock:
     """The latest blocks of one axis, as (arrival, stamps)."""
 
     _latest: collections.deque[_Arrival] = field(default_factory=lambda: collections.deque(maxlen=KEPT))
+    _anchors: collections.deque[_Arrival] = field(default_factory=lambda: collections.deque(maxlen=ANCHORS))
 
     def note(self, block: Block, arrived_ns: int) -> None:
         """Take a block that arrived at Unix time `arrived_ns` [ns] on our clock."""
         first, last = int(block.t_ns[0]), int(block.t_ns[-1])
         if self._latest and self._latest[-1].epoch != block.epoch:
             self._latest.clear()
-        self._latest.append(_Arrival(arrived_ns, first, last, block.epoch, block.seq, len(block)))
+            self._anchors.clear()
+        arrival = _Arrival(arrived_ns, first, last, block.epoch, block.seq, len(block))
+        self._latest.append(arrival)
+        if not self._anchors or arrived_ns - self._anchors[-1].arrived_ns >= SPACING * 1e9:
+            self._anchors.append(arrival)
 
     @property
     def skew(self) -> float | None:
@@ -52,9 +59,9 @@ class StreamClock:
     @property
     def rate(self) -> float | None:
         """Event time per time of arrival; 1 = live, more = a replay or blocks that were held up. [1]"""
-        if len(self._latest) < 2:
+        if not self._anchors:
             return None
-        first, last = self._latest[0], self._latest[-1]
+        first, last = self._anchors[0], self._latest[-1]
         arrived = (last.arrived_ns - first.arrived_ns) / 1e9
         return (last.last_ns - first.last_ns) / 1e9 / arrived if arrived >= LONG_ENOUGH else None
 
@@ -62,6 +69,11 @@ class StreamClock:
     def live(self) -> bool:
         """Whether it is sent about as fast as it is measured."""
         return self.rate is not None and LIVE[0] <= self.rate <= LIVE[1]
+
+    @property
+    def replayed(self) -> bool:
+        """Whether more event time comes than wall time passes."""
+        return self.rate is not None and self.rate > LIVE[1]
 
     @property
     def steps(self) -> tuple[float, float] | None:

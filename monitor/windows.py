@@ -122,7 +122,7 @@ class WindowRule:
         hop: raw samples from one window's start to the next.
         sample_time_ns: nominal; 0 = take each block's own median step. [ns]
         patience: how long a block waits for missing ones before it. [s, on the caller's clock]
-        held_blocks: blocks that may wait at once; one more and the gap is declared.
+        held_blocks, held_samples: what may wait at once; more, and the gap is declared.
     """
 
     samples: int
@@ -130,6 +130,7 @@ class WindowRule:
     sample_time_ns: int = 0
     patience: float = 2.0
     held_blocks: int = 256
+    held_samples: int = 200_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +179,7 @@ class Assembler:
     ) -> None:
         """Start from `state` as stored; `gaps` are the (from, to) gaps of its epoch, to tell late from duplicate."""
         self.rule = rule
+        self.stretch = 1  # windows of the rule per window that is begun
         self.state = state or StreamState()
         self._held: dict[int, tuple[Samples, float]] = {}
         self._gaps = collections.deque(gaps or [], maxlen=KEPT_GAPS)
@@ -206,9 +208,12 @@ class Assembler:
             else:
                 out.duplicates += len(block)
         self._take_ready(out)
-        while len(self._held) > self.rule.held_blocks:
+        while len(self._held) > self.rule.held_blocks or self._waiting_samples() > self.rule.held_samples:
             self._give_up_waiting(out)
         return out
+
+    def _waiting_samples(self) -> int:
+        return sum(len(block) for block, _ in self._held.values())
 
     def settle(self, now: float) -> Outcome:
         """Declare the gaps that were waited for long enough."""
@@ -278,9 +283,10 @@ class Assembler:
     def _extend(self, run: Samples, out: Outcome) -> None:
         """Append an unbroken run to the segment; note the windows it begins and completes."""
         rule, segment = self.rule, self.state.segment_seq
+        hop = rule.hop * self.stretch
         out.accepted.append(run)
-        begun = run.seq + (segment - run.seq) % rule.hop  # first number of the hop grid at or after run.seq
-        starts = [*self.state.starts, *((seq, int(run.t_ns[seq - run.seq])) for seq in range(begun, run.end, rule.hop))]
+        begun = run.seq + (segment - run.seq) % hop  # first number of the hop grid at or after run.seq
+        starts = [*self.state.starts, *((seq, int(run.t_ns[seq - run.seq])) for seq in range(begun, run.end, hop))]
         while starts and starts[0][0] + rule.samples <= run.end:
             seq, start_ns = starts.pop(0)
             end_ns = int(run.t_ns[seq + rule.samples - 1 - run.seq])
