@@ -26,7 +26,7 @@ log = structlog.get_logger()
 STATUS_SECONDS = 1.0
 PRUNE_SECONDS = 5.0
 VISITS = 100  # axes per call
-ACKNOWLEDGED = 500  # axes that are acknowledged with every commit; of more, each the less often
+TOLD_PER_SECOND = 250  # statuses; with more axes than that each is told the less often
 
 
 class Rounds:
@@ -58,7 +58,7 @@ class Rounds:
                 run.visited = now if run.visited == -math.inf else run.visited
             self._turns = collections.deque(sorted(self._fleet, key=lambda run: run.visited))
         for _ in range(min(VISITS, len(self._turns))):
-            if now - self._turns[0].visited < STATUS_SECONDS:
+            if now - self._turns[0].visited < self._period:
                 break
             run = self._turns.popleft()
             self._turns.append(run)
@@ -78,12 +78,17 @@ class Rounds:
             run.untidy, run.pruned = False, now
             keep = 0 if self._room.scarce else self._config.history.keep_raw_windows
             self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
-        if now - run.told >= STATUS_SECONDS / 2:
+        if now - run.told >= self._period / 2:
             self.tell(run)
 
+    @property
+    def _period(self) -> float:
+        """From one status of an axis to the next. [s]"""
+        return max(STATUS_SECONDS, len(self._turns) / TOLD_PER_SECOND)
+
     def acknowledge(self, run: AxisRun) -> None:
-        """Its samples were committed: tell it soon, with many axes not after every commit."""
-        if self._clock() - run.told >= min(STATUS_SECONDS, len(self._turns) / ACKNOWLEDGED * STATUS_SECONDS):
+        """Its samples were committed: tell it at once, with many axes not after every commit."""
+        if self._clock() - run.told >= len(self._turns) / TOLD_PER_SECOND:
             self.tell(run)
 
     def tell(self, run: AxisRun) -> None:
