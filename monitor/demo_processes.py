@@ -143,7 +143,7 @@ def endpoint(port: int) -> str:
 @contextlib.contextmanager
 def daemon(config: Path) -> Iterator[Child]:
     """The daemon, ended on leaving."""
-    with _running(Child("daemon", ["run", "--config", config.name], config.parent)) as child:
+    with running(Child("daemon", ["run", "--config", config.name], config.parent)) as child:
         yield child
 
 
@@ -155,12 +155,13 @@ def machine(place: Place, port: int) -> Iterator[Child]:
     arguments = ["simulate", "--publish", "--scenario", str(path) if path.is_file() else scenario]
     arguments += ["--connect", endpoint(port), "--site", SITE, "--seed", str(place.seed)]
     arguments += ["--speed", repr(place.speed)]
-    with _running(Child("machine", arguments, place.folder)) as child:
+    with running(Child("machine", arguments, place.folder)) as child:
         yield child
 
 
 @contextlib.contextmanager
-def _running(child: Child) -> Iterator[Child]:
+def running(child: Child) -> Iterator[Child]:
+    """Stop `child` on leaving."""
     try:
         yield child
     finally:

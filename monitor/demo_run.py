@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from monitor.demo import Heard
+from monitor.demo_can import can_bridge, can_machine
 from monitor.demo_processes import SITE, Child, Place, daemon, endpoint, free_port, machine, prepare_folder
 from monitor.demo_zenoh import Ear
 from plant.scenario_file import read_scenario
@@ -30,6 +31,7 @@ class DemoSettings:
     speed: float
     until_alert: bool
     duration: float | None
+    can: bool = False
 
 
 class Viewer(Protocol):
@@ -63,11 +65,13 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
             contextlib.suppress(KeyboardInterrupt),
             daemon(config) as service,
             _ear(service, endpoint(port), heard.axis) as ear,
-            machine(place, port) as source,
+            contextlib.ExitStack() as stack,
         ):
+            bridge = stack.enter_context(can_bridge(place, port)) if settings.can else None
+            source = stack.enter_context(can_machine(place) if settings.can else machine(place, port))
             viewer.say(f"demo: the machine starts: {scenario.description or scenario.name}")
             expected = len(scenario) * scenario.bursts.samples
-            stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source), begun, expected)
+            stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source, bridge), begun, expected)
     return {
         "scenario": scenario.name,
         "seed": settings.seed,
@@ -135,18 +139,20 @@ def _listen(
     heard: Heard,
     rate: Rate,
     ear: Ear,
-    children: tuple[Child, Child],
+    children: tuple[Child, Child, Child | None],
     begun: float,
     expected: int,
 ) -> str:
     """Hear and show until the end, at the latest when all `expected` samples have their answer; says what ended it."""
-    service, source = children
+    service, source, bridge = children
     while True:
         _hear_all(ear, heard, rate, begun)
         elapsed = time.monotonic() - begun
         viewer.show(heard, elapsed, rate.recent)
         service.check()
         source.check()
+        if bridge is not None:
+            bridge.check()
         if settings.until_alert and heard.changed is not None:
             return "alert"
         if settings.duration is not None and elapsed >= settings.duration:

@@ -78,6 +78,11 @@ def status_key(site: str, axis: str, prefix: str = PREFIX) -> str:
     return output_key(site, axis, "status", prefix)
 
 
+def bridge_key(site: str, name: str, prefix: str = PREFIX) -> str:
+    """Key of the status of a bridge: what it counted of its bus."""
+    return _key(prefix, site, check_id("bridge", name), "bridge")
+
+
 def history_key(site: str, axis: str, what: str, prefix: str = PREFIX) -> str:
     """Key of the queryable `history/parameters` or `history/alerts`."""
     if what not in HISTORIES:

@@ -9,6 +9,7 @@ from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.axes_check import axes_check_command
 from monitor.cli.axes_init import axes_init_command
+from monitor.cli.bridge import bridge_command
 from monitor.cli.check_config import check_config_command
 from monitor.cli.demo import demo_command
 from monitor.cli.diagnose import diagnose_command
@@ -32,6 +33,9 @@ alerts_app.command("shelve")(shelve_command)
 for action, explanation in ACTIONS.items():
     alerts_app.command(action)(make_command(action, explanation))
 app.add_typer(alerts_app)
+app.command("bridge")(bridge_command)
+app.command("history")(history_command)
+app.command("alerts")(alerts_command)
 axes_app.command("init")(axes_init_command)
 axes_app.command("check")(axes_check_command)
 axes_app.command("event")(axes_life.event_command)

@@ -15,9 +15,15 @@ if TYPE_CHECKING:
 
 
 def check_config_command(
-    config: Annotated[Path, typer.Argument(help="The daemon's configuration file (TOML).")], as_json: AsJson = False
+    config: Annotated[Path, typer.Argument(help="Configuration of the daemon, or a bridge file (TOML).")],
+    as_json: AsJson = False,
 ) -> None:
-    """Check a configuration and every axis file it lists; unknown keys are errors."""
+    """Check a configuration, or a bridge file, and every file it lists; unknown keys are errors."""
+    from plant.bridge_file import is_bridge_file
+
+    if is_bridge_file(config):
+        _check_bridge(config, as_json)
+        return
     from monitor.config import read_axes
 
     settings = read_configuration(config)
@@ -29,6 +35,19 @@ def check_config_command(
         emit_json(summary)
     else:
         _show(summary)
+
+
+def _check_bridge(path: Path, as_json: bool) -> None:
+    """Check a bridge file and show what its frames mean."""
+    from monitor.cli.bridge import show_bridge, summarise_bridge
+    from monitor.cli.output import emit_json
+    from plant.bridge_file import read_bridge
+
+    summary = summarise_bridge(path, read_bridge(path))
+    if as_json:
+        emit_json(summary)
+    else:
+        show_bridge(summary)
 
 
 def summarise(path: Path, config: Config, axes: dict[str, Axis]) -> dict[str, Any]:

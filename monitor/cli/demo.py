@@ -26,6 +26,9 @@ def demo_command(
         Path, typer.Option(help="Configuration, history and logs; an earlier demo's history moves to previous/.")
     ] = Path("var/demo"),
     seed: Annotated[int, typer.Option(help="Seed of the machine's chance and of the searches.")] = 1,
+    can: Annotated[
+        bool, typer.Option("--can", help="The machine is a CiA 402 drive on a (virtual) CAN bus; a bridge feeds Zenoh.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Watch a simulated axis wear in time-lapse: its stream goes over Zenoh to a daemon, the alert comes back."""
@@ -38,7 +41,7 @@ def demo_command(
     from monitor.cli.demo_screen import Screen
     from monitor.demo_run import DemoSettings, run_demo
 
-    settings = DemoSettings(state_dir, scenario, seed, speed, until_alert, duration)
+    settings = DemoSettings(state_dir, scenario, seed, speed, until_alert, duration, can)
     with Screen(settings, as_json) as screen:
         result = run_demo(settings, screen)
     screen.conclude(result)

@@ -36,6 +36,10 @@ def simulate_command(
         Path | None, typer.Option(help="Write a recording: .csv, .csv.gz, .parquet, .mat.", show_default=False)
     ] = None,
     publish: Annotated[bool, typer.Option("--publish", help="Publish the stream on Zenoh instead.")] = False,
+    can: Annotated[
+        Path | None,
+        typer.Option(help="Play a CiA 402 drive on the bus of this bridge file instead.", show_default=False),
+    ] = None,
     connect: Annotated[
         list[str] | None,
         typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
@@ -67,12 +71,14 @@ def simulate_command(
     list_names: Annotated[bool, typer.Option("--list", help="List the scenarios that come with tribowatch.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate an ageing machine: write one recording of it, or publish its bursts in time-lapse."""
+    """Simulate an ageing machine: write one recording of it, publish its bursts in time-lapse, or play its drive."""
     if list_names:
         _show_list(as_json)
         return
-    if scenario is None or publish == (out is not None):
-        raise InputError("give --scenario FILE or NAME with either --out RECORDING or --publish (--list shows names)")
+    if scenario is None or [publish, out is not None, can is not None].count(True) != 1:
+        raise InputError(
+            "give --scenario FILE or NAME with one of --out RECORDING, --publish, --can BRIDGE (--list shows names)"
+        )
     machine = _load(scenario, seed, start)
     chosen = _choose(machine, at, duration, one_burst=out is not None)
     if write_axis is not None:
@@ -81,6 +87,11 @@ def simulate_command(
         write_axis_file(machine.axis, write_axis)
     if out is not None:
         result = _write(machine, chosen, out)
+    elif can is not None:
+        from monitor.cli.simulate_can import play
+
+        with _progress(len(chosen), "playing") as step:
+            result = play(machine, chosen, _speed(machine, speed, bursts_per_second), can, step)
     else:
         result = _publish(
             machine, chosen, _speed(machine, speed, bursts_per_second), connect or [ENDPOINT], site, prefix
@@ -251,7 +262,7 @@ def _show(machine: Scenario, chosen: range, result: dict[str, Any], as_json: boo
         emit_json(summary)
         return
     out = screen()
-    where = result.get("out", result.get("key"))
+    where = next(result[name] for name in ("out", "key", "bus") if name in result)
     bursts = "1 burst" if summary["bursts"] == 1 else f"{summary['bursts']} bursts"
     out.print(
         f"{where}: {bursts} of the {len(machine)} of scenario {machine.name}, {result['samples']} samples "
