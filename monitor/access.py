@@ -66,7 +66,7 @@ def access_control(
         policies.append({"rules": [rule["id"] for rule in granted], "subjects": [role]})
 
     for name, axes in publishers.items():
-        grant(f"publisher {name}", [name], _publisher(f"publisher {name}", root, axes))
+        grant(f"publisher {name}", [name], _publisher(name, root, axes))
     grant("viewer", viewers, _viewer("viewer", root))
     operator = _rule("operator commands", [f"{root}/*/command"], ["query", "liveliness_query"], THEIRS)
     answer = _rule("operator answers", [f"{root}/*/command"], ["reply", "declare_queryable"], OURS)
@@ -80,7 +80,8 @@ def access_control(
     }
 
 
-def _publisher(role: str, root: str, axes: Sequence[str]) -> list[dict[str, Any]]:
+def _publisher(name: str, root: str, axes: Sequence[str]) -> list[dict[str, Any]]:
+    role = f"publisher {name}"
     samples = [f"{root}/{axis}/{keys.SAMPLES}{tail}" for axis in axes for tail in ("", "/@adv/**")]
     status = [f"{root}/{axis}/status{tail}" for axis in axes for tail in ("", "/@adv/**")]
     alive = [f"{root}/{keys.ALIVE}/*"]
@@ -95,12 +96,13 @@ def _publisher(role: str, root: str, axes: Sequence[str]) -> list[dict[str, Any]
         ),
         *_reading(f"{role} status", [*status, *alive]),
         _rule(f"{role} is alive", alive, ["liveliness_token"], THEIRS),
+        _rule(f"{role} tells what it counts", [f"{root}/{name}/{keys.BRIDGE}"], ["put"], THEIRS),
     ]
 
 
 def _viewer(role: str, root: str) -> list[dict[str, Any]]:
     outputs = [f"{root}/*/{what}{tail}" for what in keys.OUTPUTS for tail in ("", "/@adv/**")]
-    return _reading(f"{role} reads", [*outputs, f"{root}/*/history/**", f"{root}/{keys.ALIVE}/*"])
+    return _reading(f"{role} reads", [*outputs, f"{root}/*/history/**", f"{root}/*/{keys.BRIDGE}", f"{root}/{keys.ALIVE}/*"])
 
 
 def _reading(name: str, expressions: list[str]) -> list[dict[str, Any]]:

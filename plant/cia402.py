@@ -168,7 +168,7 @@ def other_mappings(objects: Sequence[str], length: int) -> list[str]:
     """Mappings of the same objects that would give `length` bytes, were some of them 16 instead of 32 bits or back."""
     entries = [parse_object(text) for text in objects]
     swapped = {32: (32, 16), 16: (16, 32)}
-    choices = [swapped.get(entry.bits, (entry.bits,)) for entry, _ in entries]
+    choices = [swapped.get(entry.bits, (entry.bits,)) if entry.signed else (entry.bits,) for entry, _ in entries]
     return [
         " + ".join(f"{index}:{bits}" for (_, index), bits in zip(entries, widths, strict=True))
         for widths in itertools.product(*choices)

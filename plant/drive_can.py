@@ -23,8 +23,9 @@ from plant.recording import Recording
 from plant.scenario import NANOSECONDS, Burst, Scenario
 
 ENABLED = 0x0637  # statusword: operation enabled, voltage on, remote, target reached
-MOST_FRAMES = 6000  # per second: below what one Python process receives from udp_multicast while others work
+MOST_FRAMES = 8000  # per second: below what one Python process receives from udp_multicast while others work
 HEARTBEAT = 1.0  # s
+SLOW = 10  # samples from one frame without torque and position to the next, like transmission type 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +59,11 @@ def burst_frames(recording: Recording, layout: AxisLayout, gain: float) -> Itera
     missing = [name for name in layout.channels() if name not in values]
     if missing:
         raise InputError(f"the simulated drive of {layout.axis} has no {', '.join(missing)}: leave it out of pdo")
-    payloads = [(frame.key, encode_frame(frame, values, count)) for frame in layout.frames]
+    payloads = [
+        (frame.key, 1 if frame.is_sampled else SLOW, encode_frame(frame, values, count)) for frame in layout.frames
+    ]
     for row in range(count):
-        yield [(key, payload[row].tobytes()) for key, payload in payloads]
+        yield [(key, payload[row].tobytes()) for key, every, payload in payloads if row % every == 0]
 
 
 class Master:

@@ -10,6 +10,7 @@ from plant.errors import ParameterError
 PREFIX = "tribowatch"
 ALIVE = "alive"
 SAMPLES = "samples"
+BRIDGE = "bridge"
 OUTPUTS = ("parameters", "model", "alerts", "mismatch", "status")
 HISTORIES = ("parameters", "alerts")
 COMMAND = "command"
@@ -80,7 +81,7 @@ def status_key(site: str, axis: str, prefix: str = PREFIX) -> str:
 
 def bridge_key(site: str, name: str, prefix: str = PREFIX) -> str:
     """Key of the status of a bridge: what it counted of its bus."""
-    return _key(prefix, site, check_id("bridge", name), "bridge")
+    return _key(prefix, site, check_id("bridge", name), BRIDGE)
 
 
 def history_key(site: str, axis: str, what: str, prefix: str = PREFIX) -> str:
