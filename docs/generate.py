@@ -1,4 +1,4 @@
-"""Write what comes from the code: docs/cli.md, docs/configuration.md, and deploy/tribowatch.toml with every default.
+"""Write what comes from the code: docs/cli.md, docs/configuration.md; deploy/*.toml with every default.
 
 `make docs` runs it; a test fails when one of them and the code differ.
 """
@@ -82,6 +82,24 @@ def example_configuration() -> str:
     return "\n".join([*text, EXAMPLE_AXES])
 
 
+def example_bridge() -> str:
+    """A bridge file that says every default, with its meaning beside it."""
+    from plant.bridge_settings import SECTIONS, AxisTable, meanings
+
+    def lines(kind: type[Any], mark: str = "") -> list[str]:
+        return [
+            f"{f'{mark}{name} = {BRIDGE_EXAMPLE.get(name, _toml(default))}':40}# {meaning}"
+            for name, default, meaning in meanings(kind)
+        ]
+
+    text = [BRIDGE_PREFACE]
+    for name, kind in SECTIONS.items():
+        text += ["", f"# {(kind.__doc__ or '').strip().splitlines()[0]}", f"[{name}]", *lines(kind)]
+    text += ["", f"# {(AxisTable.__doc__ or '').strip().splitlines()[0]}", "[[axis]]"]
+    text += [("" if line.split(" ")[0] in BRIDGE_USED else "# ") + line for line in lines(AxisTable)]
+    return "\n".join([*text, BRIDGE_AXES])
+
+
 def _toml(value: Any) -> str:
     """A default as one writes it in TOML."""
     if isinstance(value, bool):
@@ -123,10 +141,32 @@ EXAMPLE_AXES = """
 # file = "axes/axis-0001.toml"
 """
 
+BRIDGE_EXAMPLE = {
+    "name": '"axis-0001"',
+    "node": "1",
+    "counts_per_unit": "1e6",
+    "rated_torque": "8.0",
+    "sync_id": "0x80",
+    "file": '"axis-0001.toml"',
+    "dbc": '"plant.dbc"',
+}
+BRIDGE_USED = {"name", "node", "counts_per_unit", "rated_torque"}
+BRIDGE_PREFACE = """\
+# Bridge file: drives on a CAN bus become streams; docs/can.md explains it. Generated from the code by `make docs`.
+# tribowatch check-config bridge.toml; tribowatch bridge --config bridge.toml
+name = "bridge-1"                       # of the bridge, in its own keys
+site = "plant-1"                        # second part of every key"""
+BRIDGE_AXES = """\
+# pdo = [{ id = 0x181, objects = ["6041:16", "6064:32", "6077:16"] }]
+# signals = { torque = "AX1_TPDO1.TorqueActual", position = "AX1_TPDO1.PositionActual" }   # with dbc
+# scale = { position = 0.001 }          # with dbc: its unit -> SI
+"""
+
 PAGES = {
     "docs/cli.md": cli_reference,
     "docs/configuration.md": configuration_reference,
     "deploy/tribowatch.toml": example_configuration,
+    "deploy/bridge.toml": example_bridge,
 }
 
 if __name__ == "__main__":

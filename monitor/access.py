@@ -102,7 +102,8 @@ def _publisher(name: str, root: str, axes: Sequence[str]) -> list[dict[str, Any]
 
 def _viewer(role: str, root: str) -> list[dict[str, Any]]:
     outputs = [f"{root}/*/{what}{tail}" for what in keys.OUTPUTS for tail in ("", "/@adv/**")]
-    return _reading(f"{role} reads", [*outputs, f"{root}/*/history/**", f"{root}/*/{keys.BRIDGE}", f"{root}/{keys.ALIVE}/*"])
+    outputs.append(f"{root}/*/{keys.BRIDGE}")
+    return _reading(f"{role} reads", [*outputs, f"{root}/*/history/**", f"{root}/{keys.ALIVE}/*"])
 
 
 def _reading(name: str, expressions: list[str]) -> list[dict[str, Any]]:

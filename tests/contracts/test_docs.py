@@ -67,7 +67,7 @@ def test_commands_run_as_printed(page, tmp_path, worn):
                 running = daemon(here / words[words.index("--config") + 1])
                 running.__enter__()
                 continue
-            more = ["--connect", f"tcp/127.0.0.1:{port}"] if words[1] == "replay" else []
+            more = ["--connect", f"tcp/127.0.0.1:{port}"] if words[1] in ("replay", "bridge") else []
             done = tribowatch(*words[1:], *more, cwd=here, timeout=120, **environment)
             assert done.returncode == 0, f"{page.name}: {' '.join(words)}: {done.stderr}"
             assert done.stdout.strip(), f"{page.name}: {' '.join(words)} printed nothing"
@@ -137,7 +137,9 @@ def test_the_query_of_the_page_is_answered(worn, tmp_path):
 # --- what the pages hold ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["docs/cli.md", "docs/configuration.md", "deploy/tribowatch.toml"])
+@pytest.mark.parametrize(
+    "name", ["docs/cli.md", "docs/configuration.md", "deploy/tribowatch.toml", "deploy/bridge.toml"]
+)
 def test_generated_pages_match_the_code(name):
     pages = runpy.run_path(str(ROOT / "docs" / "generate.py"))["PAGES"]
     assert (ROOT / name).read_text(encoding="utf-8") == pages[name](), "run: make docs"
@@ -156,6 +158,22 @@ def test_the_example_configuration_equals_the_defaults():
     for name, section in said.items():
         if isinstance(section, dict):
             assert set(section) == set(type(Config.model_fields[name].default).model_fields)
+
+
+def test_the_example_bridge_file_equals_the_defaults(tmp_path):
+    from plant.bridge_file import read_bridge
+    from plant.bridge_settings import SECTIONS, meanings
+
+    text = (ROOT / "deploy" / "bridge.toml").read_text(encoding="utf-8")
+    whole = read_bridge(write(tmp_path / "whole.toml", text))
+    bare = "\n".join(
+        line for line in text.splitlines() if line.startswith(("name", "site", "[[axis", "node", "counts", "rated"))
+    )
+    said = read_bridge(write(tmp_path / "bare.toml", bare))
+    assert whole == said
+    for name, kind in SECTIONS.items():
+        assert f"[{name}]" in text
+        assert all(f"\n{key} = " in text for key, _, _ in meanings(kind))
 
 
 def test_every_command_is_documented():
