@@ -157,6 +157,23 @@ class SecuritySection(_Section):
     operators: tuple[str, ...] = Field(default=(), description="common names that may also acknowledge and shelve")
 
 
+class PageSection(_Section):
+    """The page in the browser, the HTTP API behind it and /metrics; see docs/page.md."""
+
+    listen: str = Field(default="127.0.0.1:8447", description="HOST:PORT; port 0 = any free one; empty = no page")
+    hosts: tuple[str, ...] = Field(default=(), description="further names it is reached by (proxy); need tokens")
+    token_file: str = Field(
+        default="", description="from `tribowatch token add`; needed unless listen is this computer's own loopback"
+    )
+    certificate: str = Field(default="", description="PEM, with private_key: HTTPS")
+    private_key: str = Field(default="", description="PEM of the certificate's key")
+    requests_per_minute: Count = Field(default=600, description="of one client address; beyond it 429 [1/min]")
+    unhealthy_after: Seconds = Field(
+        default=30.0, description="/healthz answers 503 when the daemon has not come round for this long [s]"
+    )
+    viewers: Count = Field(default=100, description="pages that are kept up to date at the same time; beyond it 503")
+
+
 class LogSection(_Section):
     """What is logged, on stderr."""
 
@@ -190,6 +207,7 @@ class Config(BaseSettings):
     history: HistorySection = HistorySection()
     security: SecuritySection = SecuritySection()
     sharing: SharingSection = SharingSection()
+    page: PageSection = PageSection()
     log: LogSection = LogSection()
     axis: tuple[AxisSection, ...] = ()
 
@@ -244,7 +262,11 @@ def read_config(path: Path) -> Config:
     axes = tuple(AxisSection(file=base / entry.file) for entry in config.axis)
     identity = str(base / config.security.identity) if config.security.identity else ""
     security = config.security.model_copy(update={"identity": identity})
-    config = config.model_copy(update={"state_dir": base / config.state_dir, "axis": axes, "security": security})
+    files = ("token_file", "certificate", "private_key")
+    places = {name: str(base / path) for name in files if (path := getattr(config.page, name))}
+    page = config.page.model_copy(update=places)
+    state_dir = base / config.state_dir
+    config = config.model_copy(update={"state_dir": state_dir, "axis": axes, "security": security, "page": page})
     if problem := link_problem(config.zenoh.listen, config.security):
         raise ConfigError(f"{path}: {problem}")
     return config

@@ -30,6 +30,8 @@ EDGES = {
         "monitor/store.py",
         "monitor/queries.py",
         "monitor/query_rows.py",
+        "monitor/query_fleet.py",
+        "monitor/query_watch.py",
     },
     "alembic": {"monitor/schema.py", "monitor/database.py"},
     "can": set(),

@@ -1,0 +1,270 @@
+"""The application behind the door: routes of the API, the pages, the events, the metrics. Starlette."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import Counter
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qs
+
+import structlog
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from monitor.board import Board
+from monitor.commands import Command, CommandBox
+from monitor.config import Config
+from monitor.errors import QueryError, UnknownError
+from monitor.http_answers import ANSWERS, answer
+from monitor.http_events import Hub, event
+from monitor.http_guard import CACHED, COOKIE, Guard, say
+from monitor.http_metrics import CONTENT_TYPE, metrics_text
+from monitor.http_readers import Readers
+from monitor.http_status import status
+from monitor.page import assets, shell
+from monitor.token_files import TokenFile
+from monitor.tokens import LOCAL, Visitor
+from plant.errors import InputError, ReachError
+
+if TYPE_CHECKING:
+    from monitor.queries_page import PageReader
+
+log = structlog.get_logger()
+API = "/api/v1"
+COMMAND_SECONDS = 20.0  # s a command may wait for the supervising thread
+MISSED = 200  # changes of alarms sent again to a page that was away
+REMEMBERED = 30 * 86400  # s a browser keeps the token
+Handler = Callable[[Request], Awaitable[Response]]
+# view -> (title, the answers it starts with)
+PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "/": ("fleet", "Fleet", ("/fleet",)),
+    "/alerts": ("alerts", "Alerts", ("/alerts",)),
+    "/system": ("system", "System", ("/status",)),
+    "/axes/{axis}": ("axis", "{axis}", ("/axes/{axis}",)),
+    "/alerts/{axis}/{kind}": ("alert", "{kind} of {axis}", ("/axes/{axis}/alerts",)),
+}
+
+
+@dataclass(slots=True)
+class Page:
+    """What the routes share."""
+
+    config: Config
+    board: Board
+    hub: Hub
+    readers: Readers
+    commands: CommandBox
+    tokens: TokenFile | None
+    secure: bool
+    guard: Guard | None = None
+    answered: Counter[str] = field(default_factory=Counter)
+
+    def application(self, hosts: tuple[str, ...] | None) -> Guard:
+        """The whole application, behind its door. `hosts`: names it answers to, None = any."""
+        routes = [Route(f"{API}{path}", self._answer(path)) for path in ANSWERS]
+        routes += [
+            Route(f"{API}/status", caught(self._status)),
+            Route(f"{API}/events", caught(self._events)),
+            Route(f"{API}/axes/{{axis}}/commands/{{action}}", caught(self._command), methods=["POST"]),
+            Route("/metrics", caught(self._metrics)),
+            Route("/healthz", caught(self._health)),
+            Route("/static/{folder}/{name}", self._static),
+            Route("/favicon.ico", self._favicon),
+            Route("/login", self._login, methods=["GET", "POST"]),
+            Route("/logout", self._logout),
+        ]
+        routes += [Route(path, self._page(*spec)) for path, spec in PAGES.items()]
+        inner = Starlette(
+            routes=routes,
+            middleware=[Middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)],
+            exception_handlers={404: self._missing, 405: self._missing},
+        )
+        self.guard = Guard(
+            inner,
+            tokens=self.tokens,
+            hosts=hosts,
+            secure=self.secure,
+            per_minute=self.config.page.requests_per_minute,
+            answered=self.answered,
+        )
+        return self.guard
+
+    # --- API ------------------------------------------------------------------------------------------------
+
+    def _answer(self, path: str) -> Handler:
+        async def handler(request: Request) -> Response:
+            return JSONResponse(await self._ask(path, dict(request.path_params), dict(request.query_params)))
+
+        return caught(handler)
+
+    async def _ask(self, path: str, parts: dict[str, str], asked: dict[str, str]) -> dict[str, Any]:
+        def question(reader: PageReader) -> dict[str, Any]:
+            return answer(path, reader, parts, asked)
+
+        if path == "/status":
+            return await self._state()
+        if path == "/fleet" and not asked:
+            return await self.readers.share(path, question)
+        return await self.readers.ask(question)
+
+    async def _state(self) -> dict[str, Any]:
+        fleet = await self.readers.share("/fleet", lambda reader: answer("/fleet", reader, {}, {}))
+        return await self.readers.ask(lambda _: status(self.config, self.board, self.hub.viewers, fleet))
+
+    async def _status(self, request: Request) -> Response:
+        return JSONResponse(await self._state())
+
+    async def _metrics(self, request: Request) -> Response:
+        fleet = await self.readers.share("/fleet", lambda reader: answer("/fleet", reader, {}, {}))
+        state = await self._state()
+        text = await self.readers.ask(lambda _: metrics_text(fleet, state, self.board, dict(self.answered)))
+        return Response(text, media_type=CONTENT_TYPE)
+
+    async def _health(self, request: Request) -> Response:
+        """For watchers of services: 200 while the supervising thread comes round and the history answers."""
+        await self.readers.ask(lambda reader: reader.transitions(limit=1))
+        silence = self.board.silence
+        if silence > self.config.page.unhealthy_after:
+            return say(503, f"the daemon's supervising thread has not come round for {silence:.0f} s; see its log")
+        return JSONResponse({"schema_version": 1, "status": "ok"})
+
+    async def _events(self, request: Request) -> Response:
+        if self.hub.full:
+            return say(503, f"{self.hub.viewers} pages are open already ([page] viewers)", {"retry-after": "30"})
+        first = [b"retry: 2000\n\n"]
+        last = request.headers.get("last-event-id", "")
+        if last.isdecimal() and len(last) < 19:
+            missed = await self.readers.ask(lambda reader: reader.transitions(after=int(last), limit=MISSED))
+            first += [event("alert", one, one["number"]) for one in missed]
+        first.append(event("hello", {"site": self.config.site, "assets": assets.version()}))
+        return StreamingResponse(self.hub.stream(first), media_type="text/event-stream")
+
+    async def _command(self, request: Request) -> Response:
+        visitor: Visitor = request.scope["visitor"] or LOCAL
+        if not visitor.may_operate:
+            return say(403, f"the token of {visitor.name} may look, not operate; ask for one with --role operate")
+        if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
+            return say(415, "send the command's arguments as application/json")
+        arguments = _json_object(await request.body())
+        author = visitor.name or str(arguments.pop("author", "") or "somebody at this computer")
+        arguments.pop("author", None)
+        command = Command(request.path_params["action"], request.path_params["axis"], arguments, author)
+        future = asyncio.wrap_future(self.commands.submit(command))
+        try:
+            done = await asyncio.wait_for(future, COMMAND_SECONDS)
+        except TimeoutError:
+            return say(503, f"the daemon did not take the command within {COMMAND_SECONDS:g} s; look before repeating it")
+        return JSONResponse({"schema_version": 1, **done})
+
+    # --- pages ----------------------------------------------------------------------------------------------
+
+    def _page(self, view: str, title: str, first: tuple[str, ...]) -> Handler:
+        async def handler(request: Request) -> Response:
+            parts = dict(request.path_params)
+            data: dict[str, Any] = {}
+            for path in first:
+                try:
+                    data[path.format(**parts)] = await self._ask(path, parts, {})
+                except (InputError, ReachError) as error:  # the view says it, with what to do
+                    data[path.format(**parts)] = {"error": str(error)}
+            visitor: Visitor = request.scope["visitor"] or LOCAL
+            text = shell.shell(
+                view,
+                title.format(**parts),
+                self.config.site,
+                data,
+                operate=visitor.may_operate,
+                who=visitor.name,
+                tokens=self.tokens is not None,
+            )
+            return Response(text, media_type="text/html")
+
+        return handler
+
+    async def _static(self, request: Request) -> Response:
+        folder, name = request.path_params["folder"], request.path_params["name"]
+        found = await asyncio.to_thread(assets.asset, folder, name)
+        if found is None:
+            return await self._missing(request, None)
+        headers = {"cache-control": CACHED, "vary": "accept-encoding"}
+        if "gzip" in request.headers.get("accept-encoding", ""):
+            return Response(found.packed, media_type=found.kind, headers={**headers, "content-encoding": "gzip"})
+        return Response(found.plain, media_type=found.kind, headers=headers)
+
+    async def _favicon(self, request: Request) -> Response:
+        return RedirectResponse(assets.address("icon.svg"), 308)
+
+    async def _login(self, request: Request) -> Response:
+        if self.tokens is None:
+            return RedirectResponse("/", 303)
+        if request.method == "GET":
+            return self._form(request.query_params.get("next", "/"), "", 200)
+        fields = parse_qs((await request.body()).decode("utf-8", "replace"), max_num_fields=5)
+        token, following = fields.get("token", [""])[0].strip(), _own_path(fields.get("next", ["/"])[0])
+        client = request.client.host if request.client else "unknown"
+        if self.guard is None or self.guard.check(token, client) is None:
+            return self._form(following, "This token is not known here. After ten wrong ones, wait a minute.", 401)
+        response = RedirectResponse(following, 303)
+        response.set_cookie(
+            COOKIE, token, max_age=REMEMBERED, httponly=True, samesite="strict", secure=self.secure, path="/"
+        )
+        return response
+
+    def _form(self, following: str, problem: str, code: int) -> Response:
+        text = shell.login_page(self.config.site, _own_path(following), problem)
+        return Response(text, code, media_type="text/html")
+
+    async def _logout(self, request: Request) -> Response:
+        response = RedirectResponse("/login", 303)
+        response.delete_cookie(COOKIE, path="/")
+        return response
+
+    async def _missing(self, request: Request, _error: Exception | None) -> Response:
+        """Nothing is there: a line for programs, a page for people."""
+        code = 405 if getattr(_error, "status_code", 404) == 405 else 404
+        if request.url.path.startswith(API) or "text/html" not in request.headers.get("accept", ""):
+            return say(code, f"nothing is at {request.method} {request.url.path}; docs/http-api.md lists what there is")
+        text = shell.shell("missing", "Not here", self.config.site, {}, operate=False, who="", tokens=False)
+        return Response(text, code, media_type="text/html")
+
+
+def caught(handler: Handler) -> Handler:
+    """Turn our errors into answers: 400 what is asked is not understood, 404 it is not there, 503 out of reach."""
+
+    async def safe(request: Request) -> Response:
+        try:
+            return await handler(request)
+        except UnknownError as error:
+            return say(404, str(error))
+        except (QueryError, InputError) as error:
+            return say(400, str(error))
+        except ReachError as error:
+            return say(503, str(error))
+        except Exception as error:
+            log.exception("page: a request tripped an error of ours", path=request.url.path)
+            return say(500, f"this failed ({type(error).__name__}); the daemon's log says why")
+
+    return safe
+
+
+def _json_object(body: bytes) -> dict[str, Any]:
+    try:
+        content = json.loads(body or b"{}")
+    except (ValueError, RecursionError):
+        raise QueryError("the request's body is not JSON") from None
+    if not isinstance(content, dict):
+        raise QueryError('the request\'s body must be a JSON object, as in {"kind": "wear"}')
+    return content
+
+
+def _own_path(following: str) -> str:
+    """A path of this page, whatever a link says."""
+    own = following.startswith("/") and not following.startswith(("//", "/\\")) and following.isprintable()
+    return following if own else "/"

@@ -1,0 +1,1 @@
+"""The files of the page, and the shell they stand in."""
