@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
+from monitor.config_page import PageSection
 from monitor.errors import ConfigError
 from plant.axis import AXIS_NAME, Axis
 
@@ -155,23 +156,6 @@ class SecuritySection(_Section):
     )
     viewers: tuple[str, ...] = Field(default=(), description="common names that may read answers, alerts and history")
     operators: tuple[str, ...] = Field(default=(), description="common names that may also acknowledge and shelve")
-
-
-class PageSection(_Section):
-    """The page in the browser, the HTTP API behind it and /metrics; see docs/page.md."""
-
-    listen: str = Field(default="127.0.0.1:8447", description="HOST:PORT; port 0 = any free one; empty = no page")
-    hosts: tuple[str, ...] = Field(default=(), description="further names it is reached by (proxy); need tokens")
-    token_file: str = Field(
-        default="", description="from `tribowatch token add`; needed unless listen is this computer's own loopback"
-    )
-    certificate: str = Field(default="", description="PEM, with private_key: HTTPS")
-    private_key: str = Field(default="", description="PEM of the certificate's key")
-    requests_per_minute: Count = Field(default=600, description="of one client address; beyond it 429 [1/min]")
-    unhealthy_after: Seconds = Field(
-        default=30.0, description="/healthz answers 503 when the daemon has not come round for this long [s]"
-    )
-    viewers: Count = Field(default=100, description="pages that are kept up to date at the same time; beyond it 503")
 
 
 class LogSection(_Section):

@@ -26,6 +26,7 @@ class Heard:
         alerts: latest alert by its id, in the order they were raised.
         transitions: of the alerts, in order.
         first_alert_s: wall clock from the start of the demo to the first alert that the machine has changed. [s]
+        page: where the daemon shows it in a browser.
     """
 
     axis: str
@@ -38,6 +39,7 @@ class Heard:
     alerts: dict[str, dict[str, Any]] = field(default_factory=dict)
     transitions: list[dict[str, Any]] = field(default_factory=list)
     first_alert_s: float | None = None
+    page: str | None = None
 
     def hear(self, what: str, message: dict[str, Any], elapsed: float) -> None:
         """Take one message of kind `what`, `elapsed` seconds after the start."""

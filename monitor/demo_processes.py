@@ -23,6 +23,7 @@ from plant.scenario_file import read_scenario
 
 SITE = "demo"
 CONFIG, MARK, PREVIOUS, DATABASE = "tribowatch.toml", ".tribowatch-demo", "previous", "tribowatch.db"
+PAGE_PORT = 8447  # of `[page] listen` unless the configuration says otherwise
 TAIL = 3  # lines of a log that say why a process ended
 
 
@@ -105,7 +106,7 @@ class Child:
             raise ReachError(f"the {self.name} of the demo ended with code {self.ended}: {said} (log: {self.log})")
 
 
-def prepare_folder(place: Place, port: int) -> Path:
+def prepare_folder(place: Place, port: int, page: int) -> Path:
     """Write axis file and configuration; an earlier demo's history moves to `previous/`. Gives the configuration.
 
     Raises:
@@ -117,7 +118,7 @@ def prepare_folder(place: Place, port: int) -> Path:
         axis = read_scenario(place.scenario).axis
         write_axis(axis, folder / f"{axis.name}.toml")
         config = folder / CONFIG
-        config.write_text(_configuration(axis.name, port, place.seed), encoding="utf-8")
+        config.write_text(_configuration(axis.name, port, page, place.seed), encoding="utf-8")
     except OSError as error:
         raise _cannot_write(error, folder) from None
     return config
@@ -133,6 +134,17 @@ def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
+
+
+def page_port() -> int:
+    """The page's usual port where nobody uses it, else 0: any free one."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", PAGE_PORT))
+        except OSError:
+            return 0
+    return PAGE_PORT
 
 
 def endpoint(port: int) -> str:
@@ -171,14 +183,14 @@ def running(child: Child) -> Iterator[Child]:
 def _set_aside(folder: Path) -> None:
     """Move an earlier history out of the way: the scenario starts anew, and time does not run backwards."""
     shutil.rmtree(folder / PREVIOUS, ignore_errors=True)
-    old = [path for path in folder.iterdir() if path.name.startswith(DATABASE) or path.suffix == ".log"]
+    old = [path for path in folder.iterdir() if path.name.startswith(DATABASE) or path.suffix in (".log", ".url")]
     if old:
         (folder / PREVIOUS).mkdir()
     for path in old:
         path.rename(folder / PREVIOUS / path.name)
 
 
-def _configuration(axis: str, port: int, seed: int) -> str:
+def _configuration(axis: str, port: int, page: int, seed: int) -> str:
     """What the daemon of the demo is told; everything else is default."""
     return f"""\
 # written by tribowatch demo
@@ -188,6 +200,9 @@ seed = {seed}
 
 [zenoh]
 listen = ["{endpoint(port)}"]
+
+[page]
+listen = "127.0.0.1:{page}"
 
 [[axis]]
 file = "{axis}.toml"

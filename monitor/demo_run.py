@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from monitor.config_page import ADDRESS_FILE
 from monitor.demo import Heard
 from monitor.demo_can import can_bridge, can_machine
-from monitor.demo_processes import SITE, Child, Place, daemon, endpoint, free_port, machine, prepare_folder
+from monitor.demo_processes import SITE, Child, Place, daemon, endpoint, free_port, machine, page_port, prepare_folder
 from monitor.demo_zenoh import Ear
 from plant.scenario_file import read_scenario
 
@@ -59,7 +60,7 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
     place = Place(settings.folder, settings.scenario, settings.seed, settings.speed)
     with place.owned():
         port = free_port()
-        config = prepare_folder(place, port)
+        config = prepare_folder(place, port, page_port())
         viewer.say(f"demo: starting the daemon on {endpoint(port)}, state in {settings.folder}")
         with (
             contextlib.suppress(KeyboardInterrupt),
@@ -69,6 +70,8 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
         ):
             bridge = stack.enter_context(can_bridge(place, port)) if settings.can else None
             source = stack.enter_context(can_machine(place) if settings.can else machine(place, port))
+            heard.page = _page_of(service, settings.folder)
+            viewer.say(f"demo: the page is at {heard.page}")
             viewer.say(f"demo: the machine starts: {scenario.description or scenario.name}")
             expected = len(scenario) * scenario.bursts.samples
             stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source, bridge), begun, expected)
@@ -85,6 +88,7 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
             "missing": heard.status.get("missing", 0),
             "samples_per_second": round(rate.mean, 1),
         },
+        "page": heard.page,
         "state_dir": str(settings.folder),
         "config": str(config),
     }
@@ -131,6 +135,17 @@ def _ear(service: Child, where: str, axis: str) -> Iterator[Ear]:
         raise
     with ear:
         yield ear
+
+
+def _page_of(service: Child, folder: Path) -> str | None:
+    """Where the daemon serves its page; None where it has not said so in time."""
+    until = time.monotonic() + START_TIMEOUT
+    while time.monotonic() < until:
+        service.check()
+        with contextlib.suppress(OSError):
+            return (folder / ADDRESS_FILE).read_text(encoding="utf-8").strip() or None
+        time.sleep(0.05)
+    return None
 
 
 def _listen(

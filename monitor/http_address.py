@@ -6,7 +6,7 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 
-from monitor.config import PageSection
+from monitor.config_page import PageSection
 from monitor.errors import ConfigError, PageError
 
 BACKLOG = 128  # connections that wait for `accept`

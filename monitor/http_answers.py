@@ -1,4 +1,4 @@
-"""What each address of the HTTP API answers, as values: the same reader as the command line and Zenoh, so the same answers.
+"""What each address of the HTTP API answers, as values; the command line and Zenoh ask the same reader.
 
 No server in here: every answer is one function of a reader, the parts of the path and the words of the query.
 """
@@ -16,13 +16,13 @@ Words = Mapping[str, str]
 Answer = Callable[[PageReader, Words, Words], dict[str, Any]]
 
 
-def fleet(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+def fleet(reader: PageReader, _path: Words, asked: Words) -> dict[str, Any]:
     """Every axis, the most urgent first."""
     questions.refuse_unknown("fleet", asked, ())
     return {"axes": reader.fleet()}
 
 
-def axes(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+def axes(reader: PageReader, _path: Words, asked: Words) -> dict[str, Any]:
     """Every axis in full, by name: what `tribowatch axes --json` prints."""
     questions.refuse_unknown("axes", asked, ())
     return {"axes": [one.to_dict() for one in reader.axes()]}
@@ -56,6 +56,32 @@ def curves(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
     return reader.curves(path["axis"])
 
 
+def events(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+    """What was done to the axis: maintenance, repairs, new baselines."""
+    questions.refuse_unknown("events", asked, ("limit",))
+    return {"axis": path["axis"], "events": reader.events(path["axis"], limit=questions.whole(asked, "limit", POINTS))}
+
+
+def versions(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+    """Constants and promoted effects of the axis' model, version by version."""
+    questions.refuse_unknown("versions", asked, ())
+    return {"axis": path["axis"], "versions": reader.versions(path["axis"])}
+
+
+def diagnoses(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+    """Diagnoses of the axis, oldest first, each with what `tribowatch diagnose --json` prints."""
+    questions.refuse_unknown("diagnoses", asked, ("limit",))
+    limit = questions.whole(asked, "limit", POINTS)
+    return {"axis": path["axis"], "diagnoses": reader.diagnoses(path["axis"], limit=limit)}
+
+
+def evidence(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+    """Bundles of evidence kept for the axis; each is at /evidence/NUMBER."""
+    questions.refuse_unknown("evidence", asked, ("limit",))
+    limit = questions.whole(asked, "limit", POINTS)
+    return {"axis": path["axis"], "evidence": reader.evidence_list(path["axis"], limit=limit)}
+
+
 ANSWERS: dict[str, Answer] = {
     "/fleet": fleet,
     "/axes": axes,
@@ -64,6 +90,10 @@ ANSWERS: dict[str, Answer] = {
     "/axes/{axis}/alerts": alerts,
     "/axes/{axis}/watch": watch,
     "/axes/{axis}/curves": curves,
+    "/axes/{axis}/events": events,
+    "/axes/{axis}/versions": versions,
+    "/axes/{axis}/diagnoses": diagnoses,
+    "/axes/{axis}/evidence": evidence,
     "/alerts": alerts,
 }
 

@@ -8,14 +8,13 @@ from collections import Counter
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs
 
 import structlog
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response, StreamingResponse
+from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from monitor.board import Board
@@ -24,11 +23,12 @@ from monitor.config import Config
 from monitor.errors import QueryError, UnknownError
 from monitor.http_answers import ANSWERS, answer
 from monitor.http_events import Hub, event
-from monitor.http_guard import CACHED, COOKIE, Guard, say
+from monitor.http_guard import Guard, say
 from monitor.http_metrics import CONTENT_TYPE, metrics_text
+from monitor.http_pages import Pages
 from monitor.http_readers import Readers
 from monitor.http_status import status
-from monitor.page import assets, shell
+from monitor.page import assets
 from monitor.token_files import TokenFile
 from monitor.tokens import LOCAL, Visitor
 from plant.errors import InputError, ReachError
@@ -37,19 +37,12 @@ if TYPE_CHECKING:
     from monitor.queries_page import PageReader
 
 log = structlog.get_logger()
+
 API = "/api/v1"
 COMMAND_SECONDS = 20.0  # s a command may wait for the supervising thread
 MISSED = 200  # changes of alarms sent again to a page that was away
 REMEMBERED = 30 * 86400  # s a browser keeps the token
 Handler = Callable[[Request], Awaitable[Response]]
-# view -> (title, the answers it starts with)
-PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "/": ("fleet", "Fleet", ("/fleet",)),
-    "/alerts": ("alerts", "Alerts", ("/alerts",)),
-    "/system": ("system", "System", ("/status",)),
-    "/axes/{axis}": ("axis", "{axis}", ("/axes/{axis}",)),
-    "/alerts/{axis}/{kind}": ("alert", "{kind} of {axis}", ("/axes/{axis}/alerts",)),
-}
 
 
 @dataclass(slots=True)
@@ -75,16 +68,12 @@ class Page:
             Route(f"{API}/axes/{{axis}}/commands/{{action}}", caught(self._command), methods=["POST"]),
             Route("/metrics", caught(self._metrics)),
             Route("/healthz", caught(self._health)),
-            Route("/static/{folder}/{name}", self._static),
-            Route("/favicon.ico", self._favicon),
-            Route("/login", self._login, methods=["GET", "POST"]),
-            Route("/logout", self._logout),
         ]
-        routes += [Route(path, self._page(*spec)) for path, spec in PAGES.items()]
+        pages = Pages(self.config.site, self.tokens is not None, self.secure, self.ask, self._holder)
         inner = Starlette(
-            routes=routes,
+            routes=[*routes, *pages.routes()],
             middleware=[Middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)],
-            exception_handlers={404: self._missing, 405: self._missing},
+            exception_handlers={404: pages.missing, 405: pages.missing},
         )
         self.guard = Guard(
             inner,
@@ -100,11 +89,17 @@ class Page:
 
     def _answer(self, path: str) -> Handler:
         async def handler(request: Request) -> Response:
-            return JSONResponse(await self._ask(path, dict(request.path_params), dict(request.query_params)))
+            return JSONResponse(await self.ask(path, dict(request.path_params), dict(request.query_params)))
 
         return caught(handler)
 
-    async def _ask(self, path: str, parts: dict[str, str], asked: dict[str, str]) -> dict[str, Any]:
+    def _holder(self, token: str, client: str) -> Visitor | None:
+        """Whose token this is, for the login form."""
+        return None if self.guard is None else self.guard.check(token, client)
+
+    async def ask(self, path: str, parts: dict[str, str], asked: dict[str, str]) -> dict[str, Any]:
+        """The answer of one address of the API."""
+
         def question(reader: PageReader) -> dict[str, Any]:
             return answer(path, reader, parts, asked)
 
@@ -118,16 +113,16 @@ class Page:
         fleet = await self.readers.share("/fleet", lambda reader: answer("/fleet", reader, {}, {}))
         return await self.readers.ask(lambda _: status(self.config, self.board, self.hub.viewers, fleet))
 
-    async def _status(self, request: Request) -> Response:
+    async def _status(self, _request: Request) -> Response:
         return JSONResponse(await self._state())
 
-    async def _metrics(self, request: Request) -> Response:
+    async def _metrics(self, _request: Request) -> Response:
         fleet = await self.readers.share("/fleet", lambda reader: answer("/fleet", reader, {}, {}))
         state = await self._state()
         text = await self.readers.ask(lambda _: metrics_text(fleet, state, self.board, dict(self.answered)))
         return Response(text, media_type=CONTENT_TYPE)
 
-    async def _health(self, request: Request) -> Response:
+    async def _health(self, _request: Request) -> Response:
         """For watchers of services: 200 while the supervising thread comes round and the history answers."""
         await self.readers.ask(lambda reader: reader.transitions(limit=1))
         silence = self.board.silence
@@ -160,79 +155,8 @@ class Page:
         try:
             done = await asyncio.wait_for(future, COMMAND_SECONDS)
         except TimeoutError:
-            return say(503, f"the daemon did not take the command within {COMMAND_SECONDS:g} s; look before repeating it")
+            return say(503, f"the daemon did not take the command within {COMMAND_SECONDS:g} s; look before repeating")
         return JSONResponse({"schema_version": 1, **done})
-
-    # --- pages ----------------------------------------------------------------------------------------------
-
-    def _page(self, view: str, title: str, first: tuple[str, ...]) -> Handler:
-        async def handler(request: Request) -> Response:
-            parts = dict(request.path_params)
-            data: dict[str, Any] = {}
-            for path in first:
-                try:
-                    data[path.format(**parts)] = await self._ask(path, parts, {})
-                except (InputError, ReachError) as error:  # the view says it, with what to do
-                    data[path.format(**parts)] = {"error": str(error)}
-            visitor: Visitor = request.scope["visitor"] or LOCAL
-            text = shell.shell(
-                view,
-                title.format(**parts),
-                self.config.site,
-                data,
-                operate=visitor.may_operate,
-                who=visitor.name,
-                tokens=self.tokens is not None,
-            )
-            return Response(text, media_type="text/html")
-
-        return handler
-
-    async def _static(self, request: Request) -> Response:
-        folder, name = request.path_params["folder"], request.path_params["name"]
-        found = await asyncio.to_thread(assets.asset, folder, name)
-        if found is None:
-            return await self._missing(request, None)
-        headers = {"cache-control": CACHED, "vary": "accept-encoding"}
-        if "gzip" in request.headers.get("accept-encoding", ""):
-            return Response(found.packed, media_type=found.kind, headers={**headers, "content-encoding": "gzip"})
-        return Response(found.plain, media_type=found.kind, headers=headers)
-
-    async def _favicon(self, request: Request) -> Response:
-        return RedirectResponse(assets.address("icon.svg"), 308)
-
-    async def _login(self, request: Request) -> Response:
-        if self.tokens is None:
-            return RedirectResponse("/", 303)
-        if request.method == "GET":
-            return self._form(request.query_params.get("next", "/"), "", 200)
-        fields = parse_qs((await request.body()).decode("utf-8", "replace"), max_num_fields=5)
-        token, following = fields.get("token", [""])[0].strip(), _own_path(fields.get("next", ["/"])[0])
-        client = request.client.host if request.client else "unknown"
-        if self.guard is None or self.guard.check(token, client) is None:
-            return self._form(following, "This token is not known here. After ten wrong ones, wait a minute.", 401)
-        response = RedirectResponse(following, 303)
-        response.set_cookie(
-            COOKIE, token, max_age=REMEMBERED, httponly=True, samesite="strict", secure=self.secure, path="/"
-        )
-        return response
-
-    def _form(self, following: str, problem: str, code: int) -> Response:
-        text = shell.login_page(self.config.site, _own_path(following), problem)
-        return Response(text, code, media_type="text/html")
-
-    async def _logout(self, request: Request) -> Response:
-        response = RedirectResponse("/login", 303)
-        response.delete_cookie(COOKIE, path="/")
-        return response
-
-    async def _missing(self, request: Request, _error: Exception | None) -> Response:
-        """Nothing is there: a line for programs, a page for people."""
-        code = 405 if getattr(_error, "status_code", 404) == 405 else 404
-        if request.url.path.startswith(API) or "text/html" not in request.headers.get("accept", ""):
-            return say(code, f"nothing is at {request.method} {request.url.path}; docs/http-api.md lists what there is")
-        text = shell.shell("missing", "Not here", self.config.site, {}, operate=False, who="", tokens=False)
-        return Response(text, code, media_type="text/html")
 
 
 def caught(handler: Handler) -> Handler:
@@ -262,9 +186,3 @@ def _json_object(body: bytes) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise QueryError('the request\'s body must be a JSON object, as in {"kind": "wear"}')
     return content
-
-
-def _own_path(following: str) -> str:
-    """A path of this page, whatever a link says."""
-    own = following.startswith("/") and not following.startswith(("//", "/\\")) and following.isprintable()
-    return following if own else "/"

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from monitor.errors import ReachError
 from monitor.queries_page import PageReader
+from plant.errors import ReachError
 
 THREADS = 2
 WAITING = 64  # questions; more are refused, so that nobody can pile them up

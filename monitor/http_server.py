@@ -1,4 +1,4 @@
-"""The page's own thread in the daemon: uvicorn on a socket that was bound before, so that a used port is one clear line."""
+"""The page's own thread in the daemon: uvicorn on a socket bound before, so that a used port is one clear line."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import logging
 import socket
 import ssl
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from monitor.board import Board
 from monitor.commands import CommandBox
 from monitor.config import Config
-from monitor.errors import ConfigError, PageError
+from monitor.errors import ConfigError
 from monitor.http_address import Address, address_of, bind
 from monitor.http_app import Page
 from monitor.http_events import Hub
@@ -133,7 +132,8 @@ class _Patient(H11Protocol):
         self.loop.call_later(HEAD_SECONDS, self._look)
 
     def _look(self) -> None:
-        if self.cycle is None and not self.transport.is_closing():
+        busy: object = self.cycle  # its stub says it is always there
+        if busy is None and not self.transport.is_closing():
             self.transport.close()
 
 
@@ -147,16 +147,3 @@ def _check_certificate(certificate: str, key: str) -> bool:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigError(f"page.certificate = {certificate} with {key} cannot be used: {reason}") from None
     return True
-
-
-def fan_out(*ears: Callable[[str, str, dict[str, Any]], None]) -> Callable[[str, str, dict[str, Any]], None]:
-    """One `publish` that tells all of `ears`, in order."""
-
-    def publish(what: str, axis: str, content: dict[str, Any]) -> None:
-        for ear in ears:
-            ear(what, axis, content)
-
-    return publish
-
-
-__all__ = ["PageError", "PageServer", "fan_out", "serve_page"]

@@ -7,12 +7,7 @@ from typing import Any
 from sqlalchemy import Connection, select
 
 from monitor.alarms import State
-<<<<<<< HEAD
-from monitor.errors import QueryError
-=======
-from monitor.database import explained, make_engine
 from monitor.errors import QueryError, UnknownError
->>>>>>> dec127c (Serve a page and an HTTP API from the daemon: door, answers, events, metrics, first views)
 from monitor.models import AlarmRow, AxisRow, ParameterRow, TransitionRow
 from monitor.query_life import LifeReader
 from monitor.query_rows import (
@@ -56,17 +51,6 @@ class Reader(LifeReader):
         with self._read() as db:
             return summary(db, self._axis_row(db, name))
 
-<<<<<<< HEAD
-=======
-    def _axis_row(self, db: Connection, name: str) -> Any:
-        row = db.execute(select(AxisRow.__table__).where(AxisRow.name == name)).mappings().first()
-        if row is None:
-            known = list(db.scalars(select(AxisRow.name).order_by(AxisRow.name)))
-            hint = nearest(name, known) if known else "no axis was heard yet"
-            raise UnknownError(f"axis {name!r} is not in the history; {hint}")
-        return row
-
->>>>>>> dec127c (Serve a page and an HTTP API from the daemon: door, answers, events, metrics, first views)
     # --- parameters ---------------------------------------------------------------------------------------
 
     def history(

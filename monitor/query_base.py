@@ -10,7 +10,7 @@ from typing import Any, Self
 from sqlalchemy import Connection, select
 
 from monitor.database import explained, make_engine
-from monitor.errors import QueryError
+from monitor.errors import UnknownError
 from monitor.models import AxisRow
 from monitor.schema import check_version
 from plant.axis_schema import nearest
@@ -53,5 +53,5 @@ class ReaderBase:
         if row is None:
             known = list(db.scalars(select(AxisRow.name).order_by(AxisRow.name)))
             hint = nearest(name, known) if known else "no axis was heard yet"
-            raise QueryError(f"axis {name!r} is not in the history; {hint}")
+            raise UnknownError(f"axis {name!r} is not in the history; {hint}")
         return row

@@ -10,25 +10,34 @@ from sqlalchemy import Connection, func, select
 
 from monitor.alarms import State
 from monitor.models import AlarmRow, AxisRow, EstimateRow, GapRow, ParameterRow, WindowRow
+from monitor.models_life import RollUpRow
+from monitor.store_roll_ups import SPANS
 from monitor.times import iso
 from monitor.urgency import urgency
 
 FRICTION = "coulomb_force"  # the number everybody knows; the charts watch others too
 ALERT = ("id", "priority", "since", "since_ns", "text")
 LOT = 500  # rows asked for by key in one statement
+TREND = "friction_at_mid_speed"  # what the small line of an axis shows
+DAYS = 60  # of them that it shows
 
 
 def fleet(db: Connection) -> list[dict[str, Any]]:
     """One record per axis, the most urgent first."""
     rows = db.execute(select(AxisRow.__table__).order_by(AxisRow.name)).mappings().all()
     waiting, lost, alarms = _waiting(db), _gaps(db), _alarms(db)
-    latest = _latest(db)
-    found = [_record(row, waiting, lost, alarms[row["id"]], latest.get(row["id"])) for row in rows]
+    latest, trends = _latest(db), _trends(db)
+    found = [_record(row, waiting, lost, alarms[row["id"]], latest.get(row["id"]), trends[row["id"]]) for row in rows]
     return sorted(found, key=lambda one: (one["urgency"]["level"], -(one["height"] or 0.0), one["axis"]))
 
 
 def _record(
-    row: Any, waiting: dict[int, int], lost: dict[int, int], alarms: list[dict[str, Any]], latest: Any
+    row: Any,
+    waiting: dict[int, int],
+    lost: dict[int, int],
+    alarms: list[dict[str, Any]],
+    latest: dict[str, Any] | None,
+    trend: list[float],
 ) -> dict[str, Any]:
     drift = row["drift"] or {}
     baseline = drift.get("baseline")
@@ -56,6 +65,7 @@ def _record(
         "friction": latest["friction"] if latest else None,
         "change": middle["value"] / middle["baseline"] - 1 if middle and middle["baseline"] else None,
         "height": height,
+        "trend": trend,
         "leading": max(watched, key=lambda one: max(one["sum_up"], one["sum_down"]))["name"] if watched else None,
     }
 
@@ -99,6 +109,17 @@ def _latest(db: Connection) -> dict[int, dict[str, Any]]:
         for row in db.execute(select(*columns).where(EstimateRow.window_id.in_(lot))).mappings():
             known = friction.get(row["window_id"])
             found[row["axis_id"]] = {"drift": row["drift"], "friction": known and _quantity(known)}
+    return found
+
+
+def _trends(db: Connection) -> defaultdict[int, list[float]]:
+    """By axis: daily means of its friction at mid speed, of its own latest days, oldest first."""
+    day = SPANS[-1]
+    query = select(RollUpRow.axis_id, RollUpRow.mean).join(AxisRow, AxisRow.id == RollUpRow.axis_id)
+    mine = RollUpRow.parameter == TREND, RollUpRow.span == day, RollUpRow.start_ns > AxisRow.last_ns - DAYS * day
+    found: defaultdict[int, list[float]] = defaultdict(list)
+    for axis, mean in db.execute(query.where(*mine).order_by(RollUpRow.axis_id, RollUpRow.start_ns)):
+        found[axis].append(float(f"{mean:.5g}"))
     return found
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from sqlalchemy import select
 
-from monitor.errors import QueryError
+from monitor.errors import UnknownError
 from monitor.models import AxisRow
 from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
 from monitor.query_base import ReaderBase
@@ -78,10 +78,10 @@ class LifeReader(ReaderBase):
         """The zip of one bundle, as it was kept.
 
         Raises:
-            QueryError: there is none of this number.
+            UnknownError: there is none of this number.
         """
         with self._read() as db:
             blob = db.scalar(select(EvidenceRow.blob).where(EvidenceRow.id == number))
         if blob is None:
-            raise QueryError(f"there is no evidence number {number}; tribowatch alerts evidence lists what is kept")
+            raise UnknownError(f"there is no evidence number {number}; tribowatch alerts evidence lists what is kept")
         return bytes(blob)

@@ -69,6 +69,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.access import security_settings
     from monitor.command_zenoh import CommandServer
     from monitor.commands import CommandBox
+    from monitor.http_audience import audience
     from monitor.http_webhook import Postman
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
@@ -103,6 +104,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         stack.callback(session.close)
         publications = Publications(session, config.site, net.prefix)
         stack.callback(publications.close)
+        onlookers = stack.enter_context(audience(config, commands))
+        publish = onlookers.beside(publications.publish)
         server = HistoryServer(session, config.site, net.prefix, config.database_url)
         stack.callback(server.close)
         operators = CommandServer(session, config.site, net.prefix, commands)
@@ -123,7 +126,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             ours = roster.share()
             if roster.member:
                 store.claim(roster.member, [name for name in axes if ours(name)])
-            pipeline = Pipeline(config, axes, store, workers, inbox, publications.publish, commands=commands, owns=ours)
+            pipeline = Pipeline(config, axes, store, workers, inbox, publish, commands=commands, owns=ours)
             pipeline.tell_untold()
             intake = Intake(session, config.site, net.prefix, inbox)  # anew: publishers send again what they keep
             watched = sum(ours(name) for name in axes)
@@ -152,6 +155,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
                     while not stop.is_set() and roster.changes == changes:
                         pipeline.step()
                         postman.pump(pipeline.fleet)
+                        onlookers.board.turn(len(inbox), pipeline.backlog, workers.busy)
                         pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
             except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written
                 log.warning("another daemon took over", why=str(error))

@@ -19,6 +19,7 @@ from monitor.cli.identify import identify_command
 from monitor.cli.replay import replay_command
 from monitor.cli.run import run_command
 from monitor.cli.simulate import simulate_command
+from monitor.cli.token import token_app
 
 app.command("demo")(demo_command)
 app.command("run")(run_command)
@@ -45,5 +46,6 @@ axes_app.command("delete")(axes_life.delete_command)
 app.add_typer(axes_app)
 app.command("check-config")(check_config_command)
 app.command("doctor")(doctor_command)
+app.add_typer(token_app)
 
 __all__ = ["app", "main"]

@@ -25,9 +25,11 @@ def check_config_command(
         _check_bridge(config, as_json)
         return
     from monitor.config import read_axes
+    from monitor.http_address import address_of
 
     settings = read_configuration(config)
     axes = read_axes(settings)
+    address_of(settings.page)
     summary = summarise(config, settings, axes)
     if as_json:
         from monitor.cli.output import emit_json
@@ -69,6 +71,7 @@ def summarise(path: Path, config: Config, axes: dict[str, Axis]) -> dict[str, An
         "site": config.site,
         "state_dir": str(config.state_dir),
         "listen": list(config.zenoh.listen),
+        "page": config.page.listen or None,
         "window": {"samples": config.window.samples, "hop": config.window.hop},
         "workers": config.workers,
         "axes": rows,
@@ -83,8 +86,8 @@ def _show(summary: dict[str, Any]) -> None:
     window = summary["window"]
     out.print(f"{summary['config']}: ok. Site {summary['site']}, state in {summary['state_dir']},")
     out.print(
-        f"listens on {', '.join(summary['listen']) or 'nothing'}; windows of {window['samples']} samples every "
-        f"{window['hop']}; {summary['workers']} worker processes."
+        f"listens on {', '.join(summary['listen']) or 'nothing'}, page on {summary['page'] or 'no address'}; "
+        f"windows of {window['samples']} samples every {window['hop']}; {summary['workers']} worker processes."
     )
     if not summary["axes"]:
         out.print("No [[axis]] is listed: streams would be counted as unknown, none identified.")

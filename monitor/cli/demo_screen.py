@@ -98,12 +98,13 @@ class Screen:
         from rich.panel import Panel
         from rich.text import Text
 
+        page = [Text.assemble(("page  ", "dim"), (heard.page, "underline"))] if heard.page else []
         head = Text.assemble(
             ("tribowatch demo", "bold"),
             f"  {heard.axis}  {heard.date}, day {heard.days:.0f}  ",
             (f"{heard.windows} windows  {samples_per_second:.0f} samples/s  {elapsed:.0f} s", "dim"),
         )
-        parts: list[Any] = [head, Text(heard.phase), make_table(COLUMNS, _rows(heard, self._console.width))]
+        parts: list[Any] = [head, *page, Text(heard.phase), make_table(COLUMNS, _rows(heard, self._console.width))]
         parts += [Panel(describe(alert), border_style=BORDERS[alert["priority"]]) for alert in heard.alerts.values()]
         end = "stops at the alert" if self._settings.until_alert else "^C stops"
         parts.append(Text(f"one second here is {self._settings.speed / 86400:.3g} days of the machine; {end}", "dim"))

@@ -1,4 +1,4 @@
-"""The page's own files and plotly's script, ready to be sent: packed once, named by their content. Reads package files."""
+"""The page's own files and plotly's script, ready to be sent: packed once, named by content. Reads package files."""
 
 from __future__ import annotations
 

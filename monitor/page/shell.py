@@ -41,7 +41,7 @@ def shell(view: str, title: str, site: str, data: Mapping[str, Any], *, operate:
         f'<header class="top"><a class="brand" href="/">tribowatch</a><span class="site">{html.escape(site)}</span>'
         f'<nav aria-label="Views">{links}</nav><span class="state" id="live" role="status"></span>'
         f'<button type="button" id="theme" class="quiet" aria-label="Light or dark">◐</button>{leave}</header>'
-        '<main id="main" tabindex="-1"><noscript><p class="empty">This page draws its numbers with JavaScript, which is '
+        '<main id="main" tabindex="-1"><noscript><p class="empty">This page draws with JavaScript, which is '
         "switched off. The same answers as JSON: <code>/api/v1/fleet</code>; on a terminal: <code>tribowatch axes"
         "</code>.</p></noscript></main>"
         f'<script type="application/json" id="about">{inline(about)}</script>'
@@ -58,7 +58,7 @@ def login_page(site: str, following: str, problem: str) -> str:
         '<input id="token" name="token" type="password" autocomplete="current-password" required autofocus>'
         f'<input type="hidden" name="next" value="{html.escape(following)}">'
         '<button class="primary">Enter</button></form>'
-        "<p class=\"soft\">Who runs the daemon makes one: <code>tribowatch token add NAME --role view</code></p></main>"
+        '<p class="soft">Who runs the daemon makes one: <code>tribowatch token add NAME --role view</code></p></main>'
     )
     return _document("Log in", body, [])
 

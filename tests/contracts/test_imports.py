@@ -30,14 +30,20 @@ EDGES = {
         "monitor/store.py",
         "monitor/queries.py",
         "monitor/query_rows.py",
-        "monitor/query_fleet.py",
-        "monitor/query_watch.py",
+        "monitor/http_status.py",
     },
     "alembic": {"monitor/schema.py", "monitor/database.py"},
     "can": set(),
     "cantools": set(),
+    "starlette": set(),
+    "uvicorn": set(),
+    "prometheus_client": set(),
 }
 DATABASE = ("monitor/migrations/", "monitor/store_", "monitor/query_")
+FAMILIES = {
+    **dict.fromkeys(EDGES, DATABASE),
+    **dict.fromkeys(("starlette", "uvicorn", "prometheus_client"), ("monitor/http_",)),
+}
 
 
 def sources():
@@ -71,8 +77,7 @@ def test_only_edge_files_import(library):
     strangers = {
         user
         for user in users - allowed
-        if not user.endswith(f"_{library}.py")
-        and not user.startswith(("monitor/migrations/", "monitor/store_", "monitor/query_"))
+        if not user.endswith(f"_{library}.py") and not user.startswith(FAMILIES[library])
     }
     assert not strangers, f"{library} is imported outside its edge files"
 

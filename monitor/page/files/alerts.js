@@ -1,5 +1,5 @@
 // Every alarm that was ever raised, the standing ones first.
-import { alertLink, calmly, count, el, empty, follow, get, linkTo, main, moment, problem, stateBadge, table, words } from './common.js';
+import { alertLink, calmly, cause, count, el, empty, follow, get, linkTo, main, moment, problem, stateBadge, table, words } from './common.js';
 
 const asked = new URLSearchParams(location.search);
 let all = asked.get('all') === 'yes';
@@ -16,7 +16,7 @@ function draw(found) {
   const shown = all ? alerts : standing;
   const columns = ['kind', 'axis', 'state', 'priority', 'since (UTC)', 'finding'];
   const changes = found.transitions.slice(-50).reverse().map((one) => [moment(one.transition.at), el('a', { href: linkTo(one.axis) }, one.axis), el('a', { href: alertLink(one.axis, one.kind) }, words(one.kind)),
-    `${words(one.transition.before)} → ${words(one.transition.after)}`, words(one.transition.event), one.transition.author]);
+    `${words(one.transition.before)} → ${words(one.transition.after)}`, cause(one.transition.event), one.transition.author]);
   document.title = `${standing.length ? `(${standing.length}) ` : ''}Alerts · tribowatch`;
   main.replaceChildren(
     el('h1', {}, 'Alerts'),

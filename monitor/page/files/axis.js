@@ -1,12 +1,12 @@
 // One axis: its numbers, its friction against speed, and everything that happened to it on one time axis.
-import { alertLink, badge, calmly, count, el, empty, figures, follow, get, linkTo, main, meter, moment, number, percent, problem, quantity, sparkline, stateBadge, table, unit, words } from './common.js';
+import { alertLink, badge, calmly, count, el, empty, figures, follow, get, linkTo, main, meter, moment, number, percent, problem, put, quantity, sparkline, stateBadge, table, unit, words } from './common.js';
 import { axisButtons } from './commands.js';
-import { COLOURS, LIST, banded, draw, place, shade } from './charts.js';
+import { COLOURS, banded, draw, place } from './charts.js';
+import { legendOf, timeFigure } from './axis_time.js';
 
 const axis = decodeURIComponent(location.pathname.split('/')[2]);
 const root = linkTo(axis);
 const SPANS = [['7d', '7 days'], ['30d', '30 days'], ['90d', '90 days'], ['1y', 'a year'], ['', 'all']];
-const CONDITIONS = { temperature: ['temperature', '°C'], load: ['load', ''], mean_speed: ['mean speed', '/s'], travel: ['travel', ''] };
 const asked = new URLSearchParams(location.search);
 let since = asked.get('since') ?? '';
 let parameter = asked.get('parameter') ?? '';
@@ -14,6 +14,7 @@ let summary, curves;
 
 const parts = { head: el('div'), numbers: el('section'), curve: el('section'), time: el('section'), data: el('section'), notes: el('section') };
 const curvePlot = place(340), timePlot = place(760);
+const legend = el('div');
 const rangeButtons = el('div', { class: 'chips', role: 'group', 'aria-label': 'Range of time' });
 const choice = el('select', { 'aria-label': 'Parameter drawn' });
 choice.addEventListener('change', () => { parameter = choice.value; remember(); loadTime(); });
@@ -34,7 +35,7 @@ function head() {
   const middle = (summary.latest?.indicators ?? []).find((one) => one.name === 'friction at mid speed');
   const friction = summary.latest?.parameters?.coulomb_force;
   const standing = Object.entries(summary.alarms);
-  parts.head.replaceChildren(
+  put(parts.head,
     el('p', { class: 'crumbs' }, el('a', { href: '/' }, 'Fleet'), ' / ', summary.axis),
     el('h1', {}, summary.axis, ' ', standing.length ? standing.map(([kind, state]) => el('a', { class: 'why', href: alertLink(axis, kind) }, words(kind), ' ', stateBadge(state, kind === 'jam' ? 'high' : 'medium')))
       : badge(learned ? 8 : summary.listed ? 7 : 9, learned ? 'well' : summary.listed ? 'learning' : 'not listed')),
@@ -52,7 +53,7 @@ function head() {
 function numbers(trends) {
   if (!summary.latest) {
     const answers = Object.entries(summary.verdicts).map(([name, n]) => `${count(n)} ${words(name)}`).join(', ');
-    parts.numbers.replaceChildren(empty('Nothing identified yet', summary.windows ? `Windows so far: ${answers || `${summary.pending} waiting`}. A window teaches something when the axis moves far and changes its speed.`
+    put(parts.numbers, empty('Nothing identified yet', summary.windows ? `Windows so far: ${answers || `${summary.pending} waiting`}. A window teaches something when the axis moves far and changes its speed.`
       : summary.samples ? 'Samples arrive; the first window is not complete yet.' : 'No sample has arrived. Does the machine run, and its gateway? tribowatch doctor shows the links.'));
     return;
   }
@@ -65,10 +66,10 @@ function numbers(trends) {
     one.name, [el('span', { class: 'num' }, number(one.value, 4)), ' ', unit(one.unit)], number(one.baseline, 4), one.baseline ? percent(one.value / one.baseline - 1, 1) : '–',
     `${number(one.deviation, 2)} σ`, meter(Math.max(one.sum_up, one.sum_down)), sparkline((trends?.[one.name.replaceAll(' ', '_').toLowerCase()]?.points ?? []).map((point) => point.value)) ?? '',
   ]);
-  parts.numbers.replaceChildren(
-    el('h2', {}, 'Friction now'), table(['parameter', '>value', '95 % interval', 'trend', ''], rows),
+  put(parts.numbers,
+    el('h2', {}, 'Friction now'), table(['parameter', '>value', '95 % interval', '~trend', '~'], rows),
     el('p', { class: 'soft' }, `From the window that ended ${moment(summary.latest.window_end)} UTC.`),
-    watched.length ? [el('h2', {}, 'What is watched'), table(['number', '>now', '>baseline', '>change', '>deviation', 'towards an alarm', 'trend'], watched),
+    watched.length ? [el('h2', {}, 'What is watched'), table(['number', '>now', '>~baseline', '>change', '>~deviation', 'towards an alarm', '~trend'], watched),
       el('p', { class: 'soft' }, 'σ: scatter of this number from window to window while the axis was healthy. The sum of deviations raises an alarm at 100 %.')] : '',
   );
 }
@@ -77,7 +78,7 @@ function dataQuality(history) {
   const verdicts = Object.entries(summary.verdicts).map(([name, n]) => [words(name), count(n)]);
   const gaps = (history?.gaps ?? []).slice(-8).reverse().map((one) => [words(one.kind), moment(one.from), moment(one.to), count(one.missing)]);
   const refused = Object.entries(summary.rejected).map(([why, n]) => [words(why), count(n)]);
-  parts.data.replaceChildren(
+  put(parts.data,
     el('h2', {}, 'Data quality'),
     figures([count(summary.samples), 'samples received'], [count(summary.missing), 'missing', summary.missing ? 'watch' : ''], [count(summary.gaps), 'gaps'], [count(summary.windows), 'windows'], [count(summary.pending), 'waiting for an answer']),
     el('div', { class: 'columns' }, verdicts.length ? table(['windows by verdict', '>number'], verdicts) : '', refused.length ? table(['refused, by reason', '>number'], refused) : '',
@@ -89,68 +90,15 @@ function dataQuality(history) {
 
 function drawCurve() {
   const { now, baseline, force_unit: force, speed_unit: speed } = curves;
-  if (!now) { parts.curve.replaceChildren(); return; }
+  if (!now) { put(parts.curve,); return; }
   const data = [];
   if (baseline) data.push(...banded(baseline.speeds, baseline.values, baseline.low, baseline.high, `healthy (${baseline.windows} windows, 95 % of them in the band)`, COLOURS.normal));
   const seen = now.speeds.filter((v) => v <= now.fastest * 1.0001).length || now.speeds.length;
   const cut = (list) => list.slice(0, seen);
   data.push(...banded(cut(now.speeds), cut(now.values), cut(now.low), cut(now.high), 'now, with 95 % interval', COLOURS.now));
-  if (seen < now.speeds.length) {
-    const beyond = (list) => list.slice(seen - 1);
-    data.push({ type: 'scatter', mode: 'lines', x: beyond(now.speeds), y: beyond(now.values), name: 'faster than it moved', line: { color: COLOURS.now, width: 1.5, dash: 'dot' } });
-  }
-  if (!curvePlot.isConnected) parts.curve.replaceChildren(el('h2', {}, 'Friction against speed'), curvePlot);
+  if (!curvePlot.isConnected) put(parts.curve,el('h2', {}, 'Friction against speed'), curvePlot);
   draw(curvePlot, { data, layout: { height: 340, xaxis: { title: { text: `speed [${unit(speed)}]` }, rangemode: 'tozero' }, yaxis: { title: { text: `friction [${unit(force)}]` }, rangemode: 'tozero' } } },
     `friction of ${axis} against speed, now and when it was healthy`);
-}
-
-function timeFigure(history, watch, alerts, events) {
-  const data = [];
-  const series = history.series[parameter];
-  const points = series?.points ?? [];
-  const ms = (ns) => ns / 1e6;
-  if (points.length) data.push(...banded(points.map((one) => ms(one.t_ns)), points.map((one) => one.value), points.map((one) => one.ci95?.[0] ?? null), points.map((one) => one.ci95?.[1] ?? null), words(parameter), COLOURS.now));
-  const shapes = [], annotations = [];
-  const known = curves?.baseline?.indicators?.find((one) => one.name.replaceAll(' ', '_').toLowerCase() === parameter);
-  if (known) {
-    for (const [y0, y1] of [[known.mean - 1.96 * known.scatter, known.mean + 1.96 * known.scatter]]) shapes.push({ type: 'rect', xref: 'paper', x0: 0, x1: 1, yref: 'y', y0, y1, fillcolor: shade(COLOURS.normal, 0.16), line: { width: 0 }, layer: 'below' });
-    shapes.push({ type: 'line', xref: 'paper', x0: 0, x1: 1, yref: 'y', y0: known.mean, y1: known.mean, line: { color: COLOURS.normal, width: 1.5, dash: 'dash' } });
-  }
-  const t = watch.t_ns.map(ms);
-  Object.entries(watch.charts).forEach(([name, chart], i) => data.push({
-    type: 'scatter', mode: 'lines', x: t, y: chart.up.map((up, k) => (up === null ? null : Math.max(up, chart.down[k]))), name, yaxis: 'y2', line: { color: LIST[i % LIST.length], width: 1.6, dash: ['solid', 'dash', 'dot', 'dashdot', 'longdash'][i % 5] },
-  }));
-  shapes.push({ type: 'line', xref: 'paper', x0: 0, x1: 1, yref: 'y2', y0: 1, y1: 1, line: { color: COLOURS.now, width: 1.5, dash: 'dash' } });
-  annotations.push({ text: 'alarm threshold', xref: 'paper', x: 0.004, xanchor: 'left', yref: 'y2', y: 1, yanchor: 'bottom', showarrow: false, font: { size: 11 } });
-  const shown = Object.keys(CONDITIONS).find((name) => watch.conditions[name]?.some((one) => one !== null));
-  if (shown) data.push({ type: 'scatter', mode: 'lines', x: t, y: watch.conditions[shown], name: CONDITIONS[shown][0], yaxis: 'y3', line: { color: COLOURS.third, width: 1.4 }, showlegend: false });
-  const verdicts = { identified: COLOURS.normal, not_informative: COLOURS.fifth, bad_data: COLOURS.now };
-  for (const [name, colour] of Object.entries(verdicts)) {
-    const mine = watch.verdicts.filter((one) => one.verdict === name);
-    if (mine.length) data.push({ type: 'bar', x: mine.map((one) => ms(one.t_ns)), y: mine.map((one) => one.windows), name: words(name), yaxis: 'y4', marker: { color: colour } });
-  }
-  for (const one of alerts) {
-    const x = ms(one.at_ns);
-    shapes.push({ type: 'line', x0: x, x1: x, yref: 'paper', y0: 0, y1: 1, line: { color: COLOURS.now, width: 1.2, dash: 'dot' } });
-    annotations.push({ x, yref: 'paper', y: 1, yanchor: 'bottom', xanchor: 'left', text: `▲ ${words(one.kind)}`, showarrow: false, font: { size: 11 }, textangle: 0 });
-  }
-  for (const one of events) {
-    const x = ms(one.at_ns);
-    shapes.push({ type: 'line', x0: x, x1: x, yref: 'paper', y0: 0, y1: 1, line: { color: COLOURS.third, width: 1.2, dash: 'dash' } });
-    annotations.push({ x, yref: 'paper', y: 0.73, yanchor: 'bottom', xanchor: 'left', text: `⚒ ${one.text.length > 24 ? `${one.text.slice(0, 23)}…` : one.text}`, showarrow: false, font: { size: 11 } });
-  }
-  const [name, suffix] = CONDITIONS[shown] ?? ['operating point', ''];
-  const speed = curves?.speed_unit ?? 'm/s';
-  const conditionUnit = shown === 'mean_speed' ? speed : shown === 'travel' ? speed.replace('/s', '') : suffix;
-  const layout = {
-    height: 760, barmode: 'stack', shapes, annotations, hovermode: 'x unified', margin: { l: 64, r: 14, t: 64, b: 40 },
-    legend: { orientation: 'h', x: 0, y: 0.705, yanchor: 'bottom', font: { size: 11 } },
-    xaxis: { type: 'date', anchor: 'y4' }, yaxis: { domain: [0.77, 1], title: { text: series ? `${unit(series.unit)}` : '' } },
-    yaxis2: { domain: [0.44, 0.69], title: { text: 'of threshold' }, tickformat: '.0%', rangemode: 'tozero' },
-    yaxis3: { domain: [0.22, 0.38], title: { text: `${name}${conditionUnit ? ` [${conditionUnit}]` : ''}` } },
-    yaxis4: { domain: [0, 0.15], title: { text: 'windows' }, rangemode: 'tozero' },
-  };
-  return { data, layout };
 }
 
 const query = (more = {}) => {
@@ -160,7 +108,7 @@ const query = (more = {}) => {
 
 async function loadTime() {
   rangeButtons.replaceChildren(...SPANS.map(([value, text]) => el('button', { type: 'button', class: value === since ? 'chosen' : '', 'aria-pressed': String(value === since), onclick: () => { since = value; remember(); loadTime(); } }, text)));
-  if (!summary.latest) { parts.time.replaceChildren(); return; }
+  if (!summary.latest) { put(parts.time,); return; }
   try {
     const small = await get(`${root}/history${query({ points: 40 })}`);
     const names = Object.keys(small.series);
@@ -173,18 +121,19 @@ async function loadTime() {
     const first = watch.t_ns[0] ?? 0, last = watch.t_ns.at(-1) ?? 0;
     const inside = (one) => one.at_ns >= first && one.at_ns <= last;
     if (!timePlot.isConnected) {
-      parts.time.replaceChildren(el('h2', {}, 'What happened'), el('div', { class: 'tools' }, rangeButtons, choice), timePlot,
+      put(parts.time,el('h2', {}, 'What happened'), el('div', { class: 'tools' }, rangeButtons, choice), timePlot, legend,
         el('p', { class: 'soft' }, 'From above: the chosen number with its 95 % interval (dashed: baseline, band: where a healthy window falls); the charts towards their alarm threshold; the operating point; windows by verdict. ▲ an alarm was raised, ⚒ maintenance.'));
     }
-    await draw(timePlot, timeFigure(history, watch, raised.filter(inside), events.events.filter(inside)), `${words(parameter)} of ${axis} over time, with charts, operating point and windows`);
+    put(legend, legendOf(watch));
+    await draw(timePlot, timeFigure({ parameter, curves, history, watch, alerts: raised.filter(inside), events: events.events.filter(inside) }), `${words(parameter)} of ${axis} over time, with charts, operating point and windows`);
     notes(told, events.events);
-  } catch (error) { parts.time.replaceChildren(problem(error)); }
+  } catch (error) { put(parts.time,problem(error)); }
 }
 
 function notes(told, events) {
   const alerts = told.alerts.map((one) => [el('a', { class: 'row', href: alertLink(axis, one.kind) }, words(one.kind)), stateBadge(one.state, one.priority), moment(one.since), one.text]);
   const did = events.slice().reverse().map((one) => [moment(one.at), words(one.kind), one.text, one.author, one.new_baseline ? 'learned anew' : '']);
-  parts.notes.replaceChildren(
+  put(parts.notes,
     el('h2', {}, 'Alerts'), alerts.length ? table(['kind', 'state', 'since (UTC)', 'finding'], alerts, { class: 'cards' }) : el('p', { class: 'soft' }, 'None was ever raised for this axis.'),
     el('h2', {}, 'Maintenance'), did.length ? table(['when (UTC)', 'kind', 'what', 'who', ''], did, { class: 'cards' }) : el('p', { class: 'soft' }, 'Nothing is noted.'),
     axisButtons(axis, again) ?? '',

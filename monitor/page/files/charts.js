@@ -2,7 +2,7 @@
 //
 // Our policy allows neither style elements made by scripts nor eval. plotly writes its rules into the style sheet that has
 // the id it looks for (a linked one of ours), and its map library adds none when an element of its id is there.
-import { about, el, isDark, onTheme } from './common.js';
+import { about, el, onTheme } from './common.js';
 
 let loading;
 function plotly() {
@@ -61,8 +61,14 @@ onTheme(() => { for (const [place, figure] of drawn) if (place.isConnected) draw
 window.addEventListener('beforeprint', () => { for (const place of drawn.keys()) if (place.isConnected) window.Plotly?.relayout(place, { autosize: false, width: 680, 'font.color': '#000' }); });
 window.addEventListener('afterprint', () => { for (const [place, figure] of drawn) if (place.isConnected) draw(place, figure, place.getAttribute('aria-label')); });
 
+/** A short piece of line or bar, for legends in text. */
+export function swatch(colour, dash) {
+  const lengths = { solid: null, dash: '6 4', dot: '2 3', dashdot: '6 3 2 3', longdash: '10 4' };
+  const drawnAs = dash === 'bar' ? { 'stroke-width': 9 } : { 'stroke-width': 2, 'stroke-dasharray': lengths[dash] };
+  return el('svg', { class: 'swatch', viewBox: '0 0 26 10', 'aria-hidden': 'true' }, el('path', { d: 'M1 5H25', stroke: colour, fill: 'none', ...drawnAs }));
+}
+
 export const place = (height) => el('div', { class: 'plot', 'data-height': height });
-export const dark = isDark;
 
 /** A line with its interval as a band, in two traces. */
 export function banded(x, values, low, high, name, colour, more = {}) {

@@ -16,6 +16,11 @@ export function el(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Put `children` into `parent` instead of what it holds; lists are laid flat, nothing is left out as nothing. */
+export function put(parent, ...children) {
+  parent.replaceChildren(...children.flat(3).filter((one) => one !== null && one !== undefined && one !== false && one !== ''));
+}
+
 export class Refused extends Error {
   constructor(message, status) { super(message); this.status = status; }
 }
@@ -59,6 +64,10 @@ async function answered(response) {
 const UNITS = { 'N*m': 'N·m', 'N*s/m': 'N·s/m', 'N*s^2/m^2': 'N·s²/m²', 'kg*m^2': 'kg·m²', 'N*m*s/rad': 'N·m·s/rad', 1: '' };
 export const unit = (text) => UNITS[text] ?? text;
 export const words = (name) => String(name).replaceAll('_', ' ');
+const EVENTS = { holds: 'its condition holds', gone: 'its condition is gone', tick: 'time', stale: 'silence' };
+/** What moved an alarm, in words. */
+export const cause = (event) => EVENTS[event] ?? words(event);
+export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /** `value` with significant digits; a dash where there is none. */
 export function number(value, digits = 4) {
@@ -124,7 +133,7 @@ export function meter(height) {
   const shown = Math.min(height, 1);
   const level = height >= 1 ? 'over' : height >= 0.5 ? 'near' : 'calm';
   const drawn = el('svg', { class: `meter ${level}`, viewBox: '0 0 60 10', 'aria-hidden': 'true' },
-    el('path', { class: 'rail', d: 'M1 5H59' }), el('path', { class: 'level', d: `M1 5H${1 + 58 * shown}` }));
+    el('path', { class: 'rail', d: 'M1 5H59' }), shown > 0.005 ? el('path', { class: 'level', d: `M1 5H${1 + 58 * shown}` }) : null);
   return el('span', { class: 'metered' }, drawn, ` ${(100 * height).toFixed(0)} %`);
 }
 
@@ -138,11 +147,14 @@ export function sparkline(values) {
   return el('svg', { class: 'spark', viewBox: '0 0 80 20', 'aria-hidden': 'true' }, el('path', { d: line }));
 }
 
+/** A table; columns that begin with '>' are numbers, those with '~' are left out on a phone. */
 export function table(columns, rows, options = {}) {
-  const head = columns.map((one) => el('th', { scope: 'col', class: one.startsWith('>') ? 'n' : null }, one.replace('>', '')));
+  const kinds = columns.map((one) => [one.includes('>') ? 'n' : '', one.includes('~') ? 'roomy' : ''].join(' ').trim() || null);
+  const names = columns.map((one) => one.replace(/[>~]/g, ''));
+  const head = names.map((one, i) => el('th', { scope: 'col', class: kinds[i] }, one));
   const body = rows.map((row) => el('tr', row.attributes ?? {}, (row.cells ?? row).map((cell, i) => el('td', {
-    class: columns[i].startsWith('>') ? 'n' : null, 'data-label': columns[i].replace('>', ''),
-  }, cell))));
+    class: kinds[i], 'data-label': names[i],
+  }, el('div', {}, cell)))));
   return el('div', { class: 'wide' }, el('table', { class: options.class ?? '' },
     options.caption ? el('caption', {}, options.caption) : null, el('thead', {}, el('tr', {}, head)), el('tbody', {}, body)));
 }

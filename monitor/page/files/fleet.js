@@ -1,7 +1,7 @@
 // The fleet, the most urgent axis first.
 import { about, alertLink, badge, calmly, count, el, empty, follow, get, linkTo, main, meter, moment, percent, problem, quantity, sparkline, words } from './common.js';
 
-const COLUMNS = ['axis', 'how it is', 'Coulomb friction', '>change', 'towards an alarm', 'latest sample (UTC)', '>missing'];
+const COLUMNS = ['axis', 'how it is', 'Coulomb friction', '>change', '60 days', 'towards an alarm', 'latest sample (UTC)', '>missing'];
 const asked = new URLSearchParams(location.search);
 let fleet = [];
 let wanted = asked.get('show') ?? '';
@@ -30,13 +30,14 @@ function row(one) {
     [badge(one.urgency.level, one.urgency.word), alarms.length ? [' ', alarms] : null],
     one.friction ? quantity(one.friction.value, one.friction.ci95, one.friction.unit) : el('span', { class: 'soft' }, 'nothing identified yet'),
     one.change === null ? '–' : percent(one.change, 1),
-    one.height === null ? el('span', { class: 'soft' }, one.listed ? `learning: ${one.baseline.windows} windows` : 'not listed') : [meter(one.height), sparkline(one.trend ?? [])],
+    sparkline(one.trend) ?? '',
+    one.height === null ? el('span', { class: 'soft' }, one.listed ? `learning: ${one.baseline.windows} windows` : 'not listed') : meter(one.height),
     moment(one.last_sample),
     one.missing ? count(one.missing) : '0',
   ];
   return el('tr', { class: `u${one.urgency.level}`, 'data-axis': one.axis }, cells.map((cell, i) => el('td', {
     class: COLUMNS[i].startsWith('>') ? 'n' : null, 'data-label': COLUMNS[i].replace('>', ''),
-  }, cell)));
+  }, el('div', {}, cell))));
 }
 
 function draw() {

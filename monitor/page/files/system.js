@@ -24,8 +24,8 @@ function draw(state) {
     figures(
       [`${number(state.silence_seconds, 2)} s`, 'since the last turn of the supervising thread'],
       [count(state.backlog_windows), 'windows wait for an answer'],
-      [count(state.inbox_blocks), `blocks in the inbox, of ${count(state.inbox_limit)}`],
-      [`${state.workers.windows_in_work} in ${state.workers.processes}`, 'windows in work, worker processes'],
+      [count(state.inbox_blocks), `blocks in the inbox, which holds ${count(state.inbox_limit)}`],
+      [`${state.workers.windows_in_work} / ${state.workers.processes}`, 'windows in work / worker processes'],
       [state.identification_seconds_mean === null ? '–' : `${number(state.identification_seconds_mean, 2)} s`, 'to identify a window, mean since the start'],
       [bytes(state.database.bytes), `history (${state.database.kind})`],
       [state.disk ? bytes(state.disk.free) : '–', 'free on its disk'],
