@@ -79,8 +79,8 @@ run-length: $(VENV)/.ready-dev  ## output error over runs of many lengths agains
 real-machines: $(VENV)/.ready-dev  ## estimates of real machines; wants the recordings of TRIBOWATCH_DATA
 	$(PY) -m tests.identify.studies.real_machines $(ARGS)
 
-blind: $(VENV)/.ready-dev  ## the blind study of the diagnosis: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
-	OMP_NUM_THREADS=1 $(PY) -m tests.blind $(ARGS)
+blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
+	OMP_NUM_THREADS=1 $(PY) -m tests.blind --rivals $(ARGS)
 
 cluster: $(VENV)/.ready-dev  ## more than one machine: a Dask cluster with workers and scheduler killed, daemons that take over
 	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py -m "slow or not slow" -s

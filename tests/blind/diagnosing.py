@@ -15,11 +15,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 COMMAND = ("-m", "monitor", "diagnose", "--axis", "axis.toml", "--json")
+RIVALS = ("-W", "ignore", "-m", "tests.blind.rivals", ".")
+POLL = 0.02  # s
 PASSED = ("PATH", "HOME", "LANG", "NUMBA_CACHE_DIR", "OMP_NUM_THREADS")
 
 
@@ -36,28 +38,47 @@ def locked(folder: Path) -> Iterator[None]:
 
 def ask(case: Path, limit: float) -> dict:
     """The answer of the command to a case: exit code (None: stopped at `limit` [s]), JSON, seconds, seconds of CPU."""
+    done = _alone(case, COMMAND, limit)
+    return {**done, "answer": done.pop("printed")}
+
+
+def ask_rivals(case: Path, limit: float) -> dict:
+    """What the rival methods say about a case, from a process that is as blind."""
+    done = _alone(case, RIVALS, limit)
+    return {**done, "rivals": done.pop("printed")}
+
+
+def _alone(case: Path, command: Sequence[str], limit: float) -> dict:
+    """Run a command of Python in a copy of the case folder and nothing else; its exit, its JSON, and what it cost."""
     environment = {name: os.environ[name] for name in PASSED if name in os.environ}
     environment["PYTHONPATH"] = str(ROOT)
     with tempfile.TemporaryDirectory(prefix="blind-") as lonely:
         folder = Path(lonely) / "case"
         shutil.copytree(case, folder)
-        before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-        code, out, err = _run(folder, environment, limit)
-        seconds, after = time.monotonic() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime  # of all children: exact with one job
-    answer = None
-    if code == 0:
-        with contextlib.suppress(json.JSONDecodeError):
-            answer = json.loads(out)
-    return {"exit": code, "answer": answer, "stderr": err[-2000:], "seconds": seconds, "cpu": cpu}
+        out, err = Path(lonely) / "out", Path(lonely) / "err"
+        start = time.monotonic()
+        with out.open("w") as said, err.open("w") as told:
+            child = subprocess.Popen([sys.executable, *command], cwd=folder, env=environment, stdout=said, stderr=told)
+            code, usage = _ended(child, start + limit)
+        seconds = time.monotonic() - start
+        printed = None
+        if code == 0:
+            with contextlib.suppress(json.JSONDecodeError):
+                printed = json.loads(out.read_text())
+        reason = err.read_text()[-2000:] if code is not None else f"stopped after {limit:g} s"
+    cpu = usage.ru_utime + usage.ru_stime
+    return {"exit": code, "printed": printed, "stderr": reason, "seconds": seconds, "cpu": cpu}
 
 
-def _run(folder: Path, environment: dict[str, str], limit: float) -> tuple[int | None, str, str]:
-    try:
-        done = subprocess.run(
-            [sys.executable, *COMMAND], cwd=folder, env=environment, timeout=limit, capture_output=True, text=True,
-            check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return None, "", f"stopped after {limit:g} s"
-    return done.returncode, done.stdout, done.stderr
+def _ended(child: subprocess.Popen[bytes], until: float) -> tuple[int | None, resource.struct_rusage]:
+    """Exit code and cost of a child of ours; None where it had to be stopped."""
+    stopped = False
+    while True:
+        pid, status, usage = os.wait4(child.pid, os.WNOHANG)
+        if pid:
+            child.returncode = os.waitstatus_to_exitcode(status)
+            return None if stopped else child.returncode, usage
+        if not stopped and time.monotonic() > until:
+            child.kill()
+            stopped = True
+        time.sleep(POLL)

@@ -1,15 +1,13 @@
 """Score one answer against its sealed label. Pure: dictionaries in, a flat `Score` out.
 
-Severity. The goal's measure is the ratio of the baseline's to the *true model's* held-out criterion. The true model of
-the reference simulator (other shapes, unrepeatable forces) is not among the models the tool can fit, so the ratio
-baseline / extended *of the answer* stands in for it where the answer names the truth; where it does not, the class
-follows from the drawn size of the effect. Right and wrong cases are therefore classed by different measures, and a
-severity class is not an unbiased sample: `size`, drawn before anything was recorded, is. Both tables are printed.
-A constant force is part of the baseline already, so a right `force_offset` alone has the ratio 1 ("hidden").
+Severity is the ratio of the baseline's held-out criterion (from the answer) to that of the true machine (`truth`, from
+the label): hidden below 1.3, faint to 2.5, clear to 10, strong beyond. It does not depend on what was answered; where
+there is no answer with a baseline it follows from the drawn size.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 SIZES = {"small": 0.55, "medium": 0.95, "large": 9.9}  # upper ends of the drawn size, 1 = 8-15 % of dry friction
@@ -32,6 +30,10 @@ class Score:
         located: outside: coordinate among those of the list; strictly: the first coordinate given.
         interval: outside with a known interval: right or not.
         ratio: held-out criterion, baseline over extended, None without an extended model.
+        over_true: held-out criterion of the answer's extended model over the true machine's, where the name is right.
+        gained: share of what the true machine gains over the baseline, in logarithms, where the name is right.
+        places: errors of places (centre, position) of effects named right, as shares of the travel.
+        rivals: method -> outcome of the same case, and whether its first name is true.
         errors: relative error of each parameter of each effect named right, (name.parameter, error).
         covered: whether its interval held the truth, (name.parameter, hit); only of curves the catalogue has.
     """
@@ -50,6 +52,8 @@ class Score:
     interval: bool | None = None
     coordinate: str | None = None
     ratio: float | None = None
+    over_true: float | None = None
+    gained: float | None = None
     severity: str = ""
     size: str = ""
     excitation: str = ""
@@ -62,10 +66,12 @@ class Score:
     cpu: float = 0.0
     errors: list[tuple[str, float]] = field(default_factory=list)
     covered: list[tuple[str, bool]] = field(default_factory=list)
+    places: list[tuple[str, float]] = field(default_factory=list)
+    rivals: dict[str, dict] = field(default_factory=dict)
 
 
-def score(case: str, label: dict, reply: dict) -> Score:
-    """Score the reply of `diagnosing.ask` to a case against its label."""
+def score(case: str, label: dict, reply: dict, rivals: dict | None = None) -> Score:
+    """Score the reply of `diagnosing.ask` to a case, and that of `ask_rivals`, against its label."""
     answer, spec, kind = reply["answer"], label["spec"], label["kind"]
     truth = tuple(sorted(label["effects"])) if kind != "still" else ()
     said: tuple[str, ...] = ()
@@ -81,11 +87,22 @@ def score(case: str, label: dict, reply: dict) -> Score:
         values["at_least_one"] = any(names & set(truth) for names in sets)
     ratio = _ratio(answer)
     size = next(name for name, end in SIZES.items() if spec["size"] < end)
+    true = label.get("true_criterion")
+    baseline = ((answer or {}).get("fit") or {}).get("baseline", {}).get("held_out")
     severity = BY_SIZE[size]
-    if ratio is not None and outcome in ("right", "accepted", "both"):
-        severity = next(name for name, end in SEVERITIES.items() if ratio < end)
+    if true and baseline:
+        severity = next(name for name, end in SEVERITIES.items() if baseline / true < end)
     if answer is not None:
         values["errors"], values["covered"] = _parameters(label, answer)
+        values["places"] = _place_errors(label, answer)
+        if true and ratio is not None and outcome in ("right", "accepted", "both"):
+            extended = answer["fit"]["extended"]["held_out"]
+            values["over_true"] = extended / true
+            if baseline / true > SEVERITIES["hidden"]:
+                values["gained"] = math.log(baseline / extended) / math.log(baseline / true)
+    values["rivals"] = {
+        method: _rival(kind, truth, said_by["sets"]) for method, said_by in ((rivals or {}).get("rivals") or {}).items()
+    }
     return Score(
         case=case, kind=kind, truth=truth or ((label["outside"]["name"],) if label["outside"] else ()), said=said,
         verdict=verdict, outcome=outcome, good=outcome in ("right", "accepted", "both", "as_expected"),
@@ -94,6 +111,31 @@ def score(case: str, label: dict, reply: dict) -> Score:
         noise=spec["noise"], period=spec["period"], orientation=spec["orientation"], shapes=spec["shapes"],
         seconds=reply["seconds"], cpu=reply["cpu"], **values,
     )  # fmt: skip
+
+
+def _rival(kind: str, truth: tuple[str, ...], sets: list[list[str]] | None) -> dict:
+    """The outcome of a rival method, which knows only names; None: it failed."""
+    if sets is None:
+        return {"outcome": "failed", "good": False, "false_name": False, "first": False, "at_least_one": False}
+    outcome = _outcome(kind, set(truth), "explained" if sets else "no_mismatch", [set(names) for names in sets])
+    return {
+        "outcome": outcome,
+        "good": outcome in ("right", "accepted", "both", "as_expected"),
+        "false_name": outcome in ("wrong", "extra", "one_and_wrong"),
+        "first": bool(sets) and any(names[0] in truth for names in sets),
+        "at_least_one": any(set(names) & set(truth) for names in sets),
+    }
+
+
+def _place_errors(label: dict, answer: dict) -> list[tuple[str, float]]:
+    """Errors of the places of effects named right, over the travel."""
+    travel = label.get("travel")
+    return [
+        (f"{effect['name']}.{key}", abs(effect["parameters"][key]["value"] - true) / travel)
+        for effect in answer["effects"]
+        for key, true in label["effects"].get(effect["name"], {}).items()
+        if travel and key in ("centre", "position") and key in effect["parameters"]
+    ]
 
 
 def _outcome(kind: str, truth: set[str], verdict: str, sets: list[set[str]]) -> str:

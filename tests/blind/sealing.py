@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tests.blind.plan import ATTEMPTS, draw_spec
+from tests.blind.truth import criterion
 from tests.reference.cases import Case, UndrawableError, draw_case, write_case
 
 
@@ -39,6 +40,10 @@ class Study:
         """File of the answer to a case."""
         return self.folder / "answers" / f"{self.name(index)}.json"
 
+    def rival(self, index: int) -> Path:
+        """File of what the rival methods said."""
+        return self.folder / "rivals" / f"{self.name(index)}.json"
+
 
 def draw(study: Study, index: int) -> tuple[dict, Case | None]:
     """Sealed label and case `index`; None, with the reasons in the label, where no seed gives a machine that moves."""
@@ -51,7 +56,9 @@ def draw(study: Study, index: int) -> tuple[dict, Case | None]:
             refused.append(str(error))
             continue
         case = replace(case, axis={**case.axis, "name": study.name(index)})  # its own name tells the seed
-        return {"kind": kind, "refused": refused, **case.labels}, case
+        moves = kind != "still"
+        yardstick = criterion(case) if moves else None  # before its name hides its seed; the labels keep it
+        return {"kind": kind, "refused": refused, "true_criterion": yardstick, **case.labels}, case
     return {"kind": kind, "refused": refused, "expected": None}, None
 
 

@@ -1,16 +1,74 @@
-"""Tables of a study as text, every rate with its 95 % interval (Wilson)."""
+"""Tables of a study: every rate with its 95 % interval (Wilson), as Markdown and as JSON."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from tests.blind.scoring import SEVERITIES, SIZES, Score
 
 EXTRA = {"wrong", "extra", "one_and_wrong"}
+OURS = "tribowatch"
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How often something happened."""
+
+    name: str
+    hits: int
+    total: int
+
+    @classmethod
+    def of(cls, name: str, hits: Iterable[bool]) -> Rate:
+        """Count."""
+        found = [bool(hit) for hit in hits]
+        return cls(name, sum(found), len(found))
+
+    @property
+    def words(self) -> str:
+        """Rate, interval, counts."""
+        if not self.total:
+            return "-"
+        low, high = wilson(self.hits, self.total)
+        return f"{self.hits / self.total:.1%} [{low:.0%}, {high:.0%}] {self.hits}/{self.total}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON."""
+        low, high = wilson(self.hits, self.total)
+        return {"name": self.name, "hits": self.hits, "total": self.total, "low": low, "high": high}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table: a title, columns, and rows of rates; `lines` stand below it."""
+
+    title: str
+    columns: tuple[str, ...] = ("rate [95 %] count",)
+    rows: tuple[tuple[str, tuple[Rate, ...]], ...] = ()
+    lines: tuple[str, ...] = field(default=())
+
+    def markdown(self) -> str:
+        """The section as text."""
+        text = [f"## {self.title}", ""]
+        if self.rows:
+            text += [f"| | {' | '.join(self.columns)} |", "|---" * (1 + len(self.columns)) + "|"]
+            text += [f"| {name} | {' | '.join(one.words for one in rates)} |" for name, rates in self.rows]
+            text += [""]
+        return "\n".join([*text, *self.lines, *([""] if self.lines else [])])
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON."""
+        rows = [
+            {"name": name, **dict(zip(self.columns, (r.to_dict() for r in rates), strict=True))}
+            for name, rates in self.rows
+        ]
+        return {"title": self.title, "rows": rows, "lines": list(self.lines)}
 
 
 def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
@@ -24,94 +82,145 @@ def wilson(hits: int, total: int, z: float = 1.96) -> tuple[float, float]:
 
 
 def rate(name: str, hits: Iterable[bool]) -> str:
-    """One line: a rate, its interval, and what it is made of."""
-    found = [bool(hit) for hit in hits]
-    low, high = wilson(sum(found), len(found))
-    if not found:
-        return f"  {name:<44}      -"
-    share = sum(found) / len(found)
-    return f"  {name:<44} {share:6.1%}  [{low:4.0%}, {high:4.0%}]  {sum(found)}/{len(found)}"
+    """One line of text, for other studies."""
+    return f"{name}: {Rate.of(name, hits).words}"
 
 
-def report(scores: Sequence[Score], undrawable: int = 0) -> str:
+def sections(scores: Sequence[Score]) -> list[Section]:
     """The whole report of a study."""
     of = {kind: [s for s in scores if s.kind == kind] for kind in ("single", "pair", "outside", "smooth", "rough")}
-    single, pairs, outside, nothing = of["single"], of["pair"], of["outside"], [*of["smooth"], *of["rough"]]
     still = [s for s in scores if s.kind == "still"]
-    lines = [f"{len(scores)} cases scored, {undrawable} could not be drawn; rates with 95 % Wilson intervals", ""]
-    lines += ["single effects", rate("right name", (s.outcome == "right" for s in single)),
-              rate("right name or accepted set", (s.good for s in single)),
-              rate("false name (wrong, or beside the true one)", (s.false_name for s in single)),
-              rate("abstained (no_mismatch)", (s.outcome == "abstained" for s in single)),
-              rate("unexplained", (s.outcome == "unexplained" for s in single)),
-              rate("insufficient_data or failed", (s.outcome in ("insufficient", "failed") for s in single)),
-    ]  # fmt: skip
-    lines += _by("right or accepted by drawn size", single, lambda s: s.size, list(SIZES))
-    lines += _by("right or accepted by severity (see scoring.py)", single, lambda s: s.severity, list(SEVERITIES))
-    for title, key in GROUPS.items():
-        lines += _by(f"right or accepted by {title}", single, key)
-    lines += ["", "pairs", rate("both or accepted set", (s.good for s in pairs)),
-              rate("at least one", (bool(s.at_least_one) for s in pairs)),
-              rate("false name", (s.false_name for s in pairs))]  # fmt: skip
-    lines += ["", "nothing hidden", rate("false name, smooth", (s.false_name for s in of["smooth"])),
-              rate("false name, rough", (s.false_name for s in of["rough"])),
-              rate("verdict no_mismatch", (s.good for s in nothing))]  # fmt: skip
-    lines += ["", "outside the catalogue", rate("unexplained", (s.good for s in outside)),
-              rate("false name", (s.false_name for s in outside)),
-              rate("coordinate right (or among its alternatives)", (bool(s.located) for s in outside)),
-              rate("coordinate right, first", (bool(s.located_first) for s in outside)),
-              rate("interval right, where there is one", (s.interval for s in outside if s.interval is not None)),
-    ]  # fmt: skip
-    lines += ["", "hardly moves", rate("insufficient_data", (s.good for s in still))]
-    return "\n".join([*lines, *_parameters(scores), *_times(scores), *_failures(scores)]) + "\n"
+    found = [_summary(of, still)]
+    if any(s.rivals for s in scores):
+        found.append(_rivals(of))
+    for title, (key, order) in GROUPS.items():
+        found.append(_by(f"Single effects by {title}", of["single"], key, order))
+    found += [_by("Pairs by severity", of["pair"], lambda s: s.severity, tuple(SEVERITIES)),
+              _by("Outside the catalogue", of["outside"], lambda s: s.truth[0], ()),
+              _parameters(scores), _times(scores), _failures(scores)]  # fmt: skip
+    return found
 
 
-GROUPS: dict[str, Callable[[Score], str]] = {
-    "loop": lambda s: s.loop,
-    "excitation": lambda s: s.excitation,
-    "noise [m]": lambda s: f"{s.noise:g}",
-    "period [s]": lambda s: f"{s.period:g}",
-    "orientation": lambda s: s.orientation,
-    "curves": lambda s: s.shapes,
-    "effect": lambda s: s.truth[0],
+def _summary(of: dict[str, list[Score]], still: list[Score]) -> Section:
+    single, pairs, outside = of["single"], of["pair"], of["outside"]
+    nothing = [*of["smooth"], *of["rough"]]
+    visible = [s for s in single if s.severity in ("clear", "strong")]
+    rates = [
+        Rate.of("single effects: right name or accepted set", (s.good for s in single)),
+        Rate.of("- strong and clear", (s.good for s in visible)),
+        Rate.of("- faint", (s.good for s in single if s.severity == "faint")),
+        Rate.of("- right name, first", (s.outcome == "right" for s in single)),
+        Rate.of("- false name (wrong, or beside the true one)", (s.false_name for s in single)),
+        Rate.of("- abstained (no_mismatch)", (s.outcome == "abstained" for s in single)),
+        Rate.of("- unexplained", (s.outcome == "unexplained" for s in single)),
+        Rate.of("- insufficient_data or failed", (s.outcome in ("insufficient", "failed") for s in single)),
+        Rate.of("pairs: both, or accepted set", (s.good for s in pairs)),
+        Rate.of("- at least one", (bool(s.at_least_one) for s in pairs)),
+        Rate.of("- false name", (s.false_name for s in pairs)),
+        Rate.of("nothing hidden: false name", (s.false_name for s in nothing)),
+        Rate.of("- smooth friction", (s.false_name for s in of["smooth"])),
+        Rate.of("- rough friction", (s.false_name for s in of["rough"])),
+        Rate.of("- verdict no_mismatch", (s.good for s in nothing)),
+        Rate.of("outside the catalogue: unexplained", (s.good for s in outside)),
+        Rate.of("- false name", (s.false_name for s in outside)),
+        Rate.of("- coordinate right (or among its alternatives)", (bool(s.located) for s in outside)),
+        Rate.of("- coordinate right, first", (bool(s.located_first) for s in outside)),
+        Rate.of("- interval right, where there is one", (s.interval for s in outside if s.interval is not None)),
+        Rate.of("hardly moves: insufficient_data", (s.good for s in still)),
+    ]
+    return Section("Summary", rows=tuple((one.name, (one,)) for one in rates))
+
+
+def _rivals(of: dict[str, list[Score]]) -> Section:
+    """Ours and the rivals on the cases that all of them had."""
+    had = {kind: [s for s in scores if s.rivals] for kind, scores in of.items()}
+    methods = list(next(s for scores in had.values() for s in scores).rivals)
+    nothing = [*had["smooth"], *had["rough"]]
+
+    def row(
+        name: str, scores: list[Score], ours: Callable[[Score], object], theirs: str
+    ) -> tuple[str, tuple[Rate, ...]]:
+        own = Rate.of(name, (bool(ours(s)) for s in scores))
+        return name, (own, *(Rate.of(name, (bool(s.rivals[m][theirs]) for s in scores)) for m in methods))
+
+    rows = (
+        row("single: right or accepted set", had["single"], lambda s: s.good, "good"),
+        row("single: first name true", had["single"], lambda s: s.outcome in ("right", "extra", "accepted"), "first"),
+        row("single: false name", had["single"], lambda s: s.false_name, "false_name"),
+        row("pairs: both or accepted set", had["pair"], lambda s: s.good, "good"),
+        row("pairs: at least one", had["pair"], lambda s: s.at_least_one, "at_least_one"),
+        row("pairs: false name", had["pair"], lambda s: s.false_name, "false_name"),
+        row("nothing hidden: a name", nothing, lambda s: s.false_name, "false_name"),
+        row("outside: a name", had["outside"], lambda s: s.false_name, "false_name"),
+    )
+    return Section("The same cases through what everybody would try", (OURS, *methods), rows)
+
+
+GROUPS: dict[str, tuple[Callable[[Score], str], tuple[str, ...]]] = {
+    "severity": (lambda s: s.severity, tuple(SEVERITIES)),
+    "drawn size": (lambda s: s.size, tuple(SIZES)),
+    "loop": (lambda s: s.loop, ()),
+    "excitation": (lambda s: s.excitation, ()),
+    "noise [m]": (lambda s: f"{s.noise:g}", ()),
+    "period [s]": (lambda s: f"{s.period:g}", ()),
+    "orientation": (lambda s: s.orientation, ()),
+    "curves": (lambda s: s.shapes, ()),
+    "effect": (lambda s: s.truth[0], ()),
 }
 
 
-def _by(title: str, scores: Sequence[Score], key: Callable[[Score], str], order: Sequence[str] = ()) -> list[str]:
+def _by(title: str, scores: Sequence[Score], key: Callable[[Score], str], order: Sequence[str]) -> Section:
     groups = [name for name in order or sorted({key(s) for s in scores}) if any(key(s) == name for s in scores)]
-    return ["", title, *(rate(name, (s.good for s in scores if key(s) == name)) for name in groups)]
+    rows = []
+    for name in groups:
+        own = [s for s in scores if key(s) == name]
+        rows.append((name, (
+            Rate.of(name, (s.good for s in own)),
+            Rate.of(name, (s.false_name for s in own)),
+            Rate.of(name, (s.outcome in ("abstained", "no_mismatch") for s in own)),
+            Rate.of(name, (s.verdict == "unexplained" for s in own)),
+        )))  # fmt: skip
+    return Section(title, ("as wanted", "false name", "abstained", "unexplained"), tuple(rows))
 
 
-def _parameters(scores: Sequence[Score]) -> list[str]:
-    errors = [error for s in scores for _, error in s.errors]
-    lines = ["", "parameters of effects named right"]
-    lines.append(rate("95 % interval covers", (hit for s in scores for _, hit in s.covered)))
-    if errors:
-        middle, high = np.quantile(errors, [0.5, 0.9])
-        lines.append(f"  relative error: median {middle:.1%}, nine in ten below {high:.1%}  ({len(errors)} parameters)")
-    ratios = [1 / s.ratio for s in scores if s.ratio is not None and s.good]
-    if ratios:
-        lines.append(f"  held-out criterion, extended over baseline: median {np.median(ratios):.2f}")
-    return lines
+def _parameters(scores: Sequence[Score]) -> Section:
+    lines = []
+    held = Rate.of("95 % interval of a parameter holds the truth", (hit for s in scores for _, hit in s.covered))
+    for what, values, shown in (
+        ("relative error of parameters", [e for s in scores for _, e in s.errors], "{:.1%}"),
+        ("error of places over the travel", [e for s in scores for _, e in s.places], "{:.2%}"),
+        ("held-out criterion, extended over baseline", [1 / s.ratio for s in scores if s.ratio and s.good], "{:.2f}"),
+        ("held-out criterion, extended over the true machine's",
+         [s.over_true for s in scores if s.over_true is not None], "{:.2f}"),
+        ("share of the true machine's gain (logarithm)",
+         [s.gained for s in scores if s.gained is not None], "{:.2f}"),
+    ):  # fmt: skip
+        if values:
+            middle, high = (shown.format(value) for value in np.quantile(values, [0.5, 0.9]))
+            lines.append(f"- {what}: median {middle}, nine in ten below {high} ({len(values)})")
+    worst = Counter(name for s in scores for name, hit in s.covered if not hit)
+    total = Counter(name for s in scores for name, _ in s.covered)
+    lines += [f"- misses most: {', '.join(f'{n} {k} of {total[n]}' for n, k in worst.most_common(6))}"] if worst else []
+    return Section("Effects named right", rows=((held.name, (held,)),), lines=tuple(lines))
 
 
-def _times(scores: Sequence[Score]) -> list[str]:
+def _times(scores: Sequence[Score]) -> Section:
     if not scores:
-        return []
+        return Section("Time")
     wall, cpu = ([getattr(s, what) for s in scores] for what in ("seconds", "cpu"))
-    return ["", f"time per case: median {np.median(wall):.1f} s, longest {max(wall):.1f} s; "
-                f"CPU median {np.median(cpu):.1f} s, longest {max(cpu):.1f} s"]  # fmt: skip
+    line = (f"Per case: median {np.median(wall):.1f} s, longest {max(wall):.1f} s; CPU, start of the program included: "
+            f"median {np.median(cpu):.1f} s, longest {max(cpu):.1f} s.")  # fmt: skip
+    return Section("Time", lines=(line,))
 
 
-def _failures(scores: Sequence[Score]) -> list[str]:
+def _failures(scores: Sequence[Score]) -> Section:
     """Every case that is not good, with what was true."""
-    lines = ["", "outcomes: " + ", ".join(f"{k} {n}" for k, n in Counter(s.outcome for s in scores).most_common())]
-    lines += ["", "every case that is not as wanted"]
+    lines = ["Outcomes: " + ", ".join(f"{k} {n}" for k, n in Counter(s.outcome for s in scores).most_common()), ""]
     for s in sorted((s for s in scores if not s.good), key=lambda s: (s.outcome not in EXTRA, s.kind, s.case)):
         place = f", at {s.coordinate}" if s.coordinate else ""
         lines.append(
-            f"  {s.case} {s.kind:<7} {s.outcome:<13} true {'+'.join(s.truth) or 'nothing'}; said "
-            f"{'+'.join(s.said) or s.verdict}{place} ({s.size}, {s.excitation}, {s.noise:g} m, {s.period:g} s, "
-            f"{s.orientation}, {s.shapes})"
+            f"- {s.case} {s.kind} {s.outcome}: true {'+'.join(s.truth) or 'nothing'}; said "
+            f"{'+'.join(s.said) or s.verdict}{place} ({s.severity}, {s.size}, {s.excitation}, {s.noise:g} m, "
+            f"{s.period:g} s, {s.orientation}, {s.shapes})"
         )
-    return lines
+    return Section("Every case that is not as wanted", lines=tuple(lines))

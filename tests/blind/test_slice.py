@@ -1,15 +1,20 @@
 """A slice of the blind study, and the scoring on answers made by hand."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
+from plant.effects import CATALOGUE
 from tests.blind.__main__ import run, write_report
 from tests.blind.diagnosing import ask, locked
+from tests.blind.frozen import digest, thresholds
 from tests.blind.plan import KINDS, draw_spec
+from tests.blind.rivals import METHODS, answers
 from tests.blind.scoring import score
 from tests.blind.sealing import Study, seal
-from tests.blind.tables import rate, report, wilson
+from tests.blind.tables import Rate, sections, wilson
+from tests.blind.truth import criterion
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 SPEC = {"size": 0.5, "excitation": "loop_sine", "noise": 1e-4, "period": 0.01, "orientation": "vertical",
@@ -66,10 +71,30 @@ def test_an_answer_is_worth_what_it_says(kind, truth, answer, outcome, false_nam
     assert got.good == (outcome in ("right", "accepted", "both", "as_expected"))
 
 
-def test_severity_is_measured_where_the_name_is_right_and_drawn_where_not():
-    assert scored(label("single", LAG), reply("explained", SAID_LAG, fit=(1.0, 0.05))).severity == "strong"
-    assert scored(label("single", LAG), reply("explained", SAID_LAG, fit=(1.0, 0.6))).severity == "faint"
-    assert scored(label("single", LAG), reply("explained", SAID_GAP, fit=(1.0, 0.05))).severity == "faint"
+def test_severity_is_the_baseline_against_the_true_machine_whatever_was_answered():
+    for true, severity in ((0.9, "hidden"), (0.5, "faint"), (0.2, "clear"), (0.05, "strong")):
+        known = label("single", LAG) | {"true_criterion": true}
+        assert scored(known, reply("explained", SAID_LAG)).severity == severity
+        assert scored(known, reply("explained", SAID_GAP)).severity == severity
+    assert scored(label("single", LAG), reply("no_mismatch", fit=(1.0, 1.0))).severity == "faint"  # by its size
+    found = scored(label("single", LAG) | {"true_criterion": 0.1}, reply("explained", SAID_LAG, fit=(1.0, 0.12)))
+    assert found.over_true == pytest.approx(1.2)
+    assert 0.9 < found.gained < 1.0
+
+
+def test_rivals_are_scored_like_us_and_places_over_the_travel():
+    theirs = {"rivals": {"a": {"sets": [["dead_time"], ["actuator_lag"]]}, "b": {"sets": [["backlash"]]},
+                         "c": {"sets": []}, "d": {"sets": None}}}  # fmt: skip
+    found = scored(label("single", LAG), reply("explained", SAID_LAG), theirs).rivals
+    assert [found[m]["outcome"] for m in "abcd"] == ["accepted", "wrong", "abstained", "failed"]
+    assert [found[m]["first"] for m in "abcd"] == [True, False, False, False]
+    nothing = scored(label("smooth"), reply("no_mismatch"), theirs).rivals
+    assert [nothing[m]["false_name"] for m in "abcd"] == [True, True, False, False]
+    rail = {"rail_defect": {"centre": 0.10, "width": 0.01}}
+    said = reply("explained", {"rail_defect": {"centre": (0.102, None), "width": (0.01, None)}})
+    assert scored(label("single", rail) | {"travel": 0.4}, said).places == [
+        ("rail_defect.centre", pytest.approx(0.005))
+    ]
 
 
 def test_parameters_are_judged_with_their_intervals_and_foreign_curves_without():
@@ -102,11 +127,51 @@ def test_wilson_intervals_and_the_report():
     assert wilson(0, 60) == pytest.approx((0.0, 0.0602), abs=1e-3)
     assert wilson(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-3)
     assert wilson(0, 0) == (0.0, 1.0)
-    assert "50.0%" in rate("x", [True, False])
-    text = report([scored(label("single", LAG), reply("explained", SAID_GAP)),
-                   scored(label("pair", LAG | GAP), reply("explained", SAID_GAP))])  # fmt: skip
+    assert "50.0%" in Rate.of("x", [True, False]).words
+    theirs = {"rivals": {"force regression": {"sets": [["backlash"]]}}}
+    found = sections([scored(label("single", LAG), reply("explained", SAID_GAP), theirs),
+                      scored(label("pair", LAG | GAP), reply("explained", SAID_GAP), theirs)])  # fmt: skip
+    text = "\n".join(section.markdown() for section in found)
     assert "true actuator_lag; said backlash" in text
-    assert "at least one                                 100.0%" in text
+    assert "| - at least one | 100.0%" in text
+    assert "| pairs: at least one | 100.0% [21%, 100%] 1/1 | 100.0% [21%, 100%] 1/1 |" in text
+    assert json.dumps([section.to_dict() for section in found])
+
+
+def test_thresholds_are_frozen_by_a_digest(tmp_path):
+    found = thresholds()
+    assert found["select.BIC"] == "-25.0"
+    assert {"select.Z", "select.TIED_SHARE", "detect.NEEDED"} <= set(found)
+    assert not any("COORDINATE" in name or "PLAIN" in name for name in found)
+    (tmp_path / "one.py").write_text("A = 1.0\nB, C = 2, 3\nTEXT = 'x'\n")
+    assert thresholds(tmp_path) == {"one.A": "1.0", "one.B": "2", "one.C": "3"}
+    assert len(digest()) == 16
+
+
+@pytest.mark.parametrize(("effects", "excitation"), [((), "sine"), (("dead_time",), "loop_cycle")])
+def test_the_true_machine_predicts_what_it_did(effects, excitation):
+    """Without noise and dirt next to nothing is left; without its effect, or with another friction, much more."""
+    spec = CaseSpec(8304, effects, excitation=excitation, duration=8.0, dirt=0.0, noise=1e-7, artefacts="clean")
+    case = draw_case(spec)
+    bare = replace(case.plant, effects={}, coulomb_force=1.1 * case.plant.coulomb_force)
+    own = criterion(case)
+    assert own < 2e-5
+    assert criterion(replace(case, plant=bare)) > 10 * own
+
+
+def test_rival_methods_answer_a_plain_case(tmp_path):
+    """A spring under a large motion is found by a regression at least; all give sets of names from the catalogue."""
+    spec = CaseSpec(8305, ("position_spring",), excitation="two_squares", size=1.4, duration=8.0, noise=1e-5)
+    write_case(draw_case(spec), tmp_path / "case")
+    found = answers(tmp_path / "case")
+    assert set(found) == set(METHODS)
+    assert any("position_spring" in names for names in found["force regression + BIC"]["sets"])
+    for method, said in found.items():
+        if said["sets"] is None:
+            assert method == "sparse regression"  # pysindy is an extra
+            assert "pysindy" in said["error"]
+        else:
+            assert all(set(names) <= set(CATALOGUE) for names in said["sets"])
 
 
 def test_a_study_draws_every_kind_and_its_seeds_do_not_meet():
@@ -149,6 +214,8 @@ def test_a_study_runs_is_resumed_and_reports(tmp_path):
     stamps = [path.stat().st_mtime_ns for path in answers]
     run(study, 1, 200.0, float("inf"), 2)
     assert [path.stat().st_mtime_ns for path in answers] == stamps
-    assert write_report(study, 2).startswith("2 cases scored")
+    assert "2 cases scored" in write_report(study, 2)
+    assert json.loads((tmp_path / "report.json").read_text())["cases"] == 2
+    assert "sha256" in (tmp_path / "report.md").read_text()
     assert not any(path.name.endswith(".part") for path in (tmp_path / "answers").iterdir())
     assert len(json.loads((tmp_path / "scores.json").read_text())) == 2

@@ -100,7 +100,7 @@ def draw_case(spec: CaseSpec) -> Case:
     facts = Facts.of(run(plain, excitations[0], step=5e-4))
     plant = _hide(rng, spec, plain, facts)
     series = _outer_label(rng, spec, plain, facts)
-    truths, recordings, labels = [], [], _labels(spec, plant, series)
+    truths, recordings, labels = [], [], _labels(spec, plant, series, 2 * facts.half)
     sensors = _draw_sensors(rng, spec, plain, facts, series)
     for number, excitation in enumerate(excitations):
         healthy = spec.before and number == 0
@@ -154,7 +154,7 @@ def _outer_label(rng, spec, plain, facts):
     }.get(spec.outside or "", {})
 
 
-def _labels(spec, plant, series):
+def _labels(spec, plant, series, travel):
     outside = None
     if spec.outside:
         values = series or dict(plant.foreign[spec.outside])
@@ -172,7 +172,7 @@ def _labels(spec, plant, series):
         k: getattr(plant, k) for k in ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient")
     }
     expected = "unexplained" if spec.outside else ("explained" if spec.effects else "no_mismatch")
-    return {"spec": asdict(spec), "effects": shown, "outside": outside, "friction": friction,
+    return {"spec": asdict(spec), "travel": travel, "effects": shown, "outside": outside, "friction": friction,
             "shapes": dict(plant.shapes),
             "expected": "insufficient_data" if spec.excitation == "still" else expected}  # fmt: skip
 

@@ -1,0 +1,91 @@
+"""What the true machine itself would predict of the held-out recording: the yardstick of severity.
+
+The reference simulator runs the true machine for one second at a time from states smoothed here, driven by the force as
+it was recorded; squared errors over the squares of the centred position, as in the contract's criterion. What does not
+repeat (dirt, roughness, noise) is in it, so it is what a perfect answer can reach. Shares no code with the fit.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from tests.reference.cases import Case
+from tests.reference.excitation import Torque
+from tests.reference.machine import run
+from tests.reference.parameters import ReferencePlant
+
+RUN_LENGTH = 1.0  # s
+REACHES = ((3e-5, 0.03), (3e-4, 0.05), (1e300, 0.12))  # noise up to [m]: reach to each side of a smoothed state [s]
+HELD_OUT = 0.4  # of the last recording, where it has no second one of its state
+FINE = 1e-3  # s: grid of the force
+STEP = 2e-4  # s of the automaton: 0.1 um, far below any noise here
+GAP = 1.5  # periods: a run must not cross a longer step
+
+
+def criterion(case: Case) -> float:
+    """Eq. (4) of the true machine over one-second runs on the held-out samples. [1]"""
+    entry = case.recordings[-1]
+    t, force, position = (np.asarray(entry["columns"][name]) for name in ("t", "force", "position"))
+    held = entry["loop"] == "open" or entry["torque"].startswith("mean") or case.spec.period <= FINE
+    fine = np.arange(t[0], t[-1] + FINE, FINE)
+    plant, driven = _without_memory(case.plant, fine, t, force, held)
+    stiff = {"presliding_hysteresis", "backlash", "transmission_compliance"} & set(plant.effects)
+    first = 0 if case.spec.recordings > 1 else round((1.0 - HELD_OUT) * len(t))
+    mean = float(position[first:].mean())
+    reach = next(span for most, span in REACHES if case.spec.noise <= most)
+    square = spread = 0.0
+    for a, b in _pieces(t, first):
+        y, v = _state(t, position, a, first, reach)
+        own = slice(int(np.searchsorted(fine, t[a])), int(np.searchsorted(fine, t[b - 1])) + 2)
+        stamps = np.concatenate([[t[a]], fine[own][fine[own] > t[a]]])
+        forces = np.concatenate([driven[own][:1], driven[own][fine[own] > t[a]]])
+        moved = run(plant, Torque(stamps, forces / plant.gain), position0=y, velocity0=v, settled=True,
+                    step=5e-5 if stiff else STEP)  # fmt: skip
+        predicted = np.interp(t[a:b], stamps, moved["position"])
+        square += float(np.sum((position[a:b] - predicted) ** 2))
+        spread += float(np.sum((position[a:b] - mean) ** 2))
+    return square / max(spread, 1e-300)
+
+
+def _pieces(t: np.ndarray, first: int) -> list[tuple[int, int]]:
+    """Runs of a second from sample `first` on, none across lost samples."""
+    period = float(np.median(np.diff(t)))
+    piece = np.floor((t - t[first]) / RUN_LENGTH + 1e-9).astype(int)
+    fresh = (np.diff(piece, prepend=piece[0] - 1) != 0) | (np.diff(t, prepend=t[0]) > GAP * period)
+    edges = [*(first + np.flatnonzero(fresh[first:])).tolist(), len(t)]
+    if edges[0] != first:
+        edges = [first, *edges]
+    return [(a, b) for a, b in itertools.pairwise(edges) if b - a >= 5]
+
+
+def _state(t: np.ndarray, position: np.ndarray, at: int, first: int, reach: float) -> tuple[float, float]:
+    """Position and velocity at sample `at` by a parabola through the samples around it."""
+    near = np.flatnonzero(np.abs(t - t[at]) <= reach)
+    near = near[near >= first] if len(near[near >= first]) >= 4 else np.arange(at, min(at + 5, len(t)))
+    u = t[near] - t[at]
+    fitted = np.polynomial.polynomial.polyfit(u, position[near], min(2, len(near) - 2))
+    return float(fitted[0]), float(fitted[1])
+
+
+def _without_memory(
+    plant: ReferencePlant, fine: np.ndarray, t: np.ndarray, force: np.ndarray, held: bool
+) -> tuple[ReferencePlant, np.ndarray]:
+    """The machine without delay and lag, and the force on the fine grid that has passed them: a run that is restarted
+    would forget what was under way."""
+    effects = {name: dict(values) for name, values in plant.effects.items()}
+    late = fine - effects.pop("dead_time", {"delay": 0.0})["delay"]
+    if held:
+        driven = force[np.clip(np.searchsorted(t, late + 1e-9, side="right") - 1, 0, len(t) - 1)]
+    else:
+        driven = np.interp(late, t, force)
+    if "actuator_lag" in effects:
+        orders = 2 if "actuator_lag" in plant.shapes else 1
+        keep = float(np.exp(-FINE / (effects.pop("actuator_lag")["time_constant"] / orders)))
+        for _ in range(orders):
+            driven = lfilter([1.0 - keep], [1.0, -keep], driven, zi=[keep * driven[0]])[0]
+    shapes = {name: shape for name, shape in plant.shapes.items() if name in effects}
+    return replace(plant, effects=effects, shapes=shapes), driven
