@@ -120,6 +120,20 @@ def test_a_stranger_with_a_good_certificate_reads_nothing(site):
         ear.close()
 
 
+def command(site, who):
+    """What the daemon answers to a note about axis-1 by `who`: True done, None no answer."""
+    asked = f"{keys.command_key(SITE, 'axis-1')}?do=event;kind=note;text=hello;author={who}"
+    with session(site, who) as link:
+        replies = list(link.get(asked, timeout=3.0))
+    return replies[0].ok is not None if replies and replies[0].err is None else None
+
+
+@pytest.mark.parametrize("who", ["office", "gateway", "stranger"])
+def test_only_an_operator_commands(site, who):
+    wait_for(lambda: command(site, "shift"), 30, "the operator's command is taken")
+    assert command(site, who) is None
+
+
 @pytest.mark.parametrize(("who", "authority"), [("gateway", "foreign"), ("late", "pki")], ids=["foreign", "expired"])
 def test_a_bad_certificate_gets_no_link(site, who, authority):
     with pytest.raises(ReachError, match="certificates"):
