@@ -231,7 +231,9 @@ def committed_files() -> list[Path]:
 
 
 FORBIDDEN = {
-    "an absolute path of somebody's machine": r"(?<![\w.<>/-])/(?:home|Users|work|root|opt(?!/tribowatch)|mnt)/[A-Za-z0-9_.-]+",
+    "an absolute path of somebody's machine": (
+        r"(?<![\w.<>/-])/(?:home|Users|work|root|opt(?!/tribowatch)|mnt)/[A-Za-z0-9_.-]+"
+    ),
     "the address of a package index": r"https?://[^\s\"')>]*(?:pypi|/simple\b)|--(?:extra-)?index-url|file:///",
     "a key or password": r"-----BEGIN [A-Z ]*PRIVATE KEY|AKIA[0-9A-Z]{16}",
 }
