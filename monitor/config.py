@@ -135,6 +135,8 @@ class HistorySection(_Section):
     reserve_mb: float = Field(
         default=200.0, ge=0, description="SQLite: free disk below which answers are no longer kept, only watched [MB]"
     )
+    keep_days: float = Field(default=0.0, ge=0, description="answers older than that become roll-ups; 0 = never [d]")
+    keep_evidence_days: float = Field(default=0.0, ge=0, description="evidence older than that goes; 0 = never [d]")
     keep_raw_windows: int = Field(default=4, ge=0, description="newest windows per axis whose raw samples are kept")
 
 

@@ -121,7 +121,7 @@ class EstimateRow(Base):
     """The answer to one window."""
 
     __tablename__ = "estimate"
-    __table_args__ = (Index("ix_estimate_axis_id_end_ns", "axis_id", "end_ns"),)
+    __table_args__ = (Index("ix_estimate_axis_id_end_ns_verdict", "axis_id", "end_ns", "verdict"),)
     window_id: Mapped[int] = mapped_column(ForeignKey("window.id", ondelete="CASCADE"), primary_key=True)
     axis_id: Mapped[int] = axis_key()
     start_ns: Mapped[int] = mapped_column(comment="event time of the first sample, ns")

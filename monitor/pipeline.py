@@ -21,6 +21,7 @@ from monitor.fleet import Fleet
 from monitor.inbox import Inbox
 from monitor.operate import Floor, serve
 from monitor.reception import Reception
+from monitor.retention import Retention
 from monitor.room import Room
 from monitor.rounds import Rounds
 from monitor.store import Store
@@ -55,6 +56,7 @@ class Pipeline:
         self.floor = Floor(config, store, self.fleet, self.alarms, wall)
         self._commands = commands or CommandBox()
         self.room = Room.of_database(config.database_url, config.history.reserve_mb, clock)
+        self._retention = Retention(config.history, self.fleet, store, wall)
         self.rounds = Rounds(config, self.fleet, store, self.alarms, publish, self.room, clock, wall)
         self.reception = Reception(self.fleet, store, self.rounds.acknowledge, clock, wall)
         self.conclusion = Conclusion(config, store, self.alarms, publish, self.room)
@@ -72,6 +74,7 @@ class Pipeline:
         self.dispatch.submit()
         self.rounds.pace(self.dispatch, now)
         self.rounds.turn(now)
+        self._retention.turn(now)
 
     def drain(self) -> None:
         """Take what has arrived and commit it; windows without an answer are done again after a restart."""

@@ -8,7 +8,7 @@ from sqlalchemy import Connection, select
 
 from monitor.alarms import State
 from monitor.errors import QueryError, UnknownError
-from monitor.models import AlarmRow, AxisRow, ParameterRow, TransitionRow
+from monitor.models import AlarmRow, AxisRow, TransitionRow
 from monitor.query_life import LifeReader
 from monitor.query_rows import (
     POINTS,
@@ -16,11 +16,11 @@ from monitor.query_rows import (
     AxisSummary,
     between,
     gaps_of,
-    series_of,
     summary,
     transition_dict,
     verdicts_of,
 )
+from monitor.query_trend import names_of, series_of
 from monitor.times import iso
 from plant.axis_schema import nearest
 
@@ -102,8 +102,7 @@ class Reader(LifeReader):
             }
 
     def _parameter_names(self, db: Connection, axis_id: int, axis: str, wanted: str | None) -> list[str]:
-        query = select(ParameterRow.name).where(ParameterRow.axis_id == axis_id).distinct().order_by(ParameterRow.name)
-        known = list(db.scalars(query))
+        known = names_of(db, axis_id)
         if wanted is None:
             return known
         if wanted not in known:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, func, literal, select
+from sqlalchemy import ColumnElement, Connection, func, select
 
 from monitor.alarms import State
-from monitor.models import AlarmRow, EstimateRow, GapRow, ParameterRow, WindowRow
+from monitor.models import AlarmRow, EstimateRow, GapRow, WindowRow
 from monitor.times import iso
 
 SCHEMA_VERSION = 1
@@ -102,7 +101,7 @@ def summary(db: Connection, row: Any) -> AxisSummary:
     """One axis at a glance, from its row."""
     mine = WindowRow.axis_id == row["id"]
     pending = db.scalar(select(func.count()).where(mine, WindowRow.done.is_(False))) or 0
-    verdicts = verdicts_of(db, row["id"], None, None)
+    verdicts = {name: int(count) for name, count in row["verdicts"].items()}
     gaps = db.scalar(select(func.count()).where(GapRow.axis_id == row["id"], GapRow.missing > 0)) or 0
     alarms = db.execute(
         select(AlarmRow.kind, AlarmRow.state).where(AlarmRow.axis_id == row["id"], AlarmRow.state != State.NORMAL.value)
@@ -156,67 +155,3 @@ def gaps_of(db: Connection, axis_id: int, from_ns: int | None, to_ns: int | None
         {**{name: row[name] for name in names}, "from": iso(row["from_ns"]), "to": iso(row["to_ns"])}
         for row in reversed(db.execute(query).mappings().all())
     ]
-
-
-def series_of(
-    db: Connection, axis_id: int, name: str, from_ns: int | None, to_ns: int | None, points: int
-) -> dict[str, Any]:
-    """Trend of one parameter, at most `points` points."""
-    where = [ParameterRow.axis_id == axis_id, ParameterRow.name == name]
-    where += between(ParameterRow.end_ns, from_ns, to_ns)
-    query = select(func.count(), func.min(ParameterRow.end_ns), func.max(ParameterRow.end_ns)).where(*where)
-    count, first, last = db.execute(query).one()
-    unit = db.scalar(select(ParameterRow.unit).where(*where[:2]).limit(1))
-    rows = db.execute(_raw(where) if count <= points else _buckets(where, first, last, points)).mappings().all()
-    return {"unit": unit, "answers": count, "points": [_point(row) for row in rows]}
-
-
-def _raw(where: Sequence[ColumnElement[bool]]) -> Select[*tuple[Any, ...]]:
-    value = ParameterRow.value
-    return (
-        select(
-            ParameterRow.end_ns.label("t_ns"),
-            value.label("value"),
-            value.label("min"),
-            value.label("max"),
-            ParameterRow.low.label("low"),
-            ParameterRow.high.label("high"),
-            literal(1).label("answers"),
-        )
-        .where(*where)
-        .order_by(ParameterRow.end_ns)
-    )
-
-
-def _buckets(where: Sequence[ColumnElement[bool]], first: int, last: int, points: int) -> Select[*tuple[Any, ...]]:
-    """Equal spans of event time."""
-    width = (last - first) // points + 1
-    bucket = ((ParameterRow.end_ns - first) // width).label("bucket")
-    value = ParameterRow.value
-    return (
-        select(
-            func.max(ParameterRow.end_ns).label("t_ns"),
-            func.avg(value).label("value"),
-            func.min(value).label("min"),
-            func.max(value).label("max"),
-            func.avg(ParameterRow.low).label("low"),
-            func.avg(ParameterRow.high).label("high"),
-            func.count().label("answers"),
-        )
-        .where(*where)
-        .group_by(bucket)
-        .order_by(bucket)
-    )
-
-
-def _point(row: Any) -> dict[str, Any]:
-    ci95 = None if row["low"] is None or row["high"] is None else [row["low"], row["high"]]
-    return {
-        "t": iso(row["t_ns"]),
-        "t_ns": row["t_ns"],
-        "value": row["value"],
-        "ci95": ci95,
-        "min": row["min"],
-        "max": row["max"],
-        "answers": row["answers"],
-    }

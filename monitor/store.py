@@ -28,7 +28,7 @@ from monitor.models_life import AxisVersionRow, EventRow
 from monitor.store_alarms import AlarmStore
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
-from monitor.store_roll_ups import add_to_roll_ups
+from monitor.store_roll_ups import SPANS, add_to_roll_ups
 from monitor.store_rows import (
     AXIS_COLUMNS,
     as_parameters,
@@ -186,6 +186,23 @@ class Store(AlarmStore, LifeStore):
             epoch, seq = min(firsts)
             old = (BlockRow.epoch < epoch) | ((BlockRow.epoch == epoch) & (BlockRow.seq + BlockRow.n <= seq))
             return int(db.execute(delete(BlockRow).where(BlockRow.axis_id == axis_id, old)).rowcount)
+
+    def thin_out(self, axis_id: int, before_ns: int, limit: int = 2000) -> int:
+        """Delete the oldest answers that ended before `before_ns` [ns], at most `limit`; count them.
+
+        Their roll-ups stay, so that the trend does. Only whole days go: what is left and the roll-ups never overlap.
+        """
+        before_ns = before_ns // SPANS[-1] * SPANS[-1]
+        old = select(EstimateRow.window_id).where(EstimateRow.axis_id == axis_id, EstimateRow.end_ns < before_ns)
+        with self._write() as db:
+            self._fence(db, [axis_id])
+            rows = list(db.scalars(old.order_by(EstimateRow.end_ns).limit(limit)))
+            db.execute(delete(WindowRow).where(WindowRow.id.in_(rows)))
+            gaps = delete(GapRow).where(GapRow.axis_id == axis_id, GapRow.to_ns < before_ns)
+            if not rows:  # gaps of the open epoch are needed to know a sample that comes late
+                newest = select(func.max(GapRow.epoch)).where(GapRow.axis_id == axis_id).scalar_subquery()
+                db.execute(gaps.where(GapRow.epoch < newest))
+            return len(rows)
 
     # --- answers ------------------------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, insert, select, update
+from sqlalchemy import Connection, delete, insert, select, update
 
 from monitor.models import AlarmRow, AxisRow, TransitionRow
 from monitor.models_life import OutboxRow
@@ -110,3 +110,9 @@ class AlarmStore(SharingStore):
         values = {"next_ns": next_ns, "last_error": error, "tries": OutboxRow.tries + 1}
         with self._write() as db:
             db.execute(update(OutboxRow).where(OutboxRow.id == letter).values(values))
+
+    def thin_out_letters(self, before_ns: int) -> int:
+        """Delete letters that were delivered before `before_ns` on the wall clock [ns]; count them."""
+        with self._write() as db:
+            old = delete(OutboxRow).where(OutboxRow.delivered_ns < before_ns)
+            return int(db.execute(old).rowcount)

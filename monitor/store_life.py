@@ -90,3 +90,9 @@ class LifeStore(SharingStore):
         with self._write() as db:
             self._fence(db, [axis_id])
             db.execute(delete(AxisRow).where(AxisRow.id == axis_id))
+
+    def thin_out_evidence(self, axis_id: int, before_ns: int) -> int:
+        """Delete the evidence of an axis that is older than event time `before_ns` [ns]; count it."""
+        with self._write() as db:
+            old = delete(EvidenceRow).where(EvidenceRow.axis_id == axis_id, EvidenceRow.at_ns < before_ns)
+            return int(db.execute(old).rowcount)

@@ -252,3 +252,20 @@ def test_what_was_stored_but_not_told_is_told_after_a_restart(tmp_path, workers)
     again.pipeline.tell_untold()
     assert [one["kind"] for one in again.heard("alerts")] == ["stale"]
     assert again.store.untold() == []
+
+
+def test_old_answers_become_roll_ups(tmp_path, workers):
+    bench = Bench(tmp_path, workers, history={"keep_days": 2.0})
+    torque, position = burst(AXIS, samples=200)
+    for day in range(5):
+        for block in blocks_of("axis-1", 1, 200 * day, START_NS + day * 86_400 * 10**9, torque, position):
+            bench.put(block)
+    bench.finish()
+    for _ in range(3):
+        bench.step(2.0)
+    with Reader(bench.url) as reader:
+        axis, series = reader.axis("axis-1"), reader.history("axis-1")["series"]["coulomb_force"]
+    assert (axis.verdicts, series["answers"], len(series["points"])) == ({"identified": 5}, 5, 5)
+    assert len(bench.store.pending()) == 0
+    with bench.store._engine.connect() as connection:
+        assert connection.exec_driver_sql("select count(*) from estimate").scalar_one() == 3

@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from monitor.errors import QueryError
 from monitor.estimate import Parameter
@@ -125,3 +127,83 @@ def test_spans_in_words(text, days):
 
 def test_spans_to_words():
     assert [span(n) for n in (10**9, 90 * 10**9, 3 * DAY_NS, 800 * DAY_NS)] == ["1 s", "90 s", "3 d", "2.19 y"]
+
+
+# --- roll-ups ---------------------------------------------------------------------------------------------------
+
+MANY = 700
+
+
+def fill(url, times_ns, values):
+    """Answers at `times_ns`, some without interval."""
+    store = Store(url)
+    axis = store.register([dataclasses.replace(paper_axis(), name="axis-1")])["axis-1"]
+    windows = [Window(WindowId(1, k * 10, 10), int(t) - 10**9, int(t)) for k, t in enumerate(times_ns)]
+    for k, (_, row, window) in enumerate(store.commit([(axis, Outcome(windows=windows))])):
+        bounds = (float(values[k]) - 1, float(values[k]) + 2) if k % 4 else (None, None)
+        parameters = (Parameter("F", float(values[k]), "N", *bounds),)
+        store.save(axis, row, dataclasses.replace(estimate(0), window=window, parameters=parameters), [], [], [])
+    return store, axis
+
+
+@pytest.fixture(scope="module")
+def dense(tmp_path_factory):
+    """Answers at irregular times over 40 days, with a long pause; (reader, times, values)."""
+    rng = np.random.default_rng(8)
+    gaps = rng.exponential(40 * 86_400e9 / MANY, MANY) * (1 + 300 * (np.arange(MANY) == 300))
+    times, values = np.cumsum(gaps).astype(np.int64) + 10**15, rng.normal(90, 5, MANY)
+    url = f"sqlite:///{tmp_path_factory.mktemp('dense') / 'history.db'}"
+    fill(url, times, values)[0].close()
+    with Reader(url) as one:
+        yield one, times, values
+
+
+def check_points(got, times, values, most):
+    assert len(got) <= most
+    assert sum(one["answers"] for one in got) == len(values)
+    if not len(values):
+        return
+    stamps = [one["t_ns"] for one in got]
+    assert stamps == sorted(set(stamps))
+    assert set(stamps) <= set(times.tolist())
+    assert (min(one["min"] for one in got), max(one["max"] for one in got)) == (values.min(), values.max())
+    mean = np.average([one["value"] for one in got], weights=[one["answers"] for one in got])
+    assert mean == pytest.approx(values.mean())
+    for one in got:
+        assert one["min"] - 1e-9 <= one["value"] <= one["max"] + 1e-9
+        if one["ci95"]:
+            assert one["ci95"][1] - one["ci95"][0] == pytest.approx(3.0)
+
+
+@given(st.integers(1, 600), st.floats(-0.1, 1.1), st.floats(0, 1.1))
+@settings(max_examples=60)
+def test_any_range_in_any_number_of_points_is_what_the_answers_say(dense, most, begin, length):
+    reader, times, values = dense
+    span = int(times[-1] - times[0])
+    from_ns = int(times[0]) + int(begin * span)
+    to_ns = from_ns + int(length * span)
+    inside = (times >= from_ns) & (times <= to_ns)
+    got = reader.history("axis-1", parameter="F", from_ns=from_ns, to_ns=to_ns, points=most)["series"]["F"]
+    assert got["answers"] == inside.sum()
+    check_points(got["points"], times, values[inside], most)
+
+
+def test_thinned_out_the_trend_stays(tmp_path):
+    rng = np.random.default_rng(9)
+    times, values = 10**15 + np.arange(400) * 3 * 3_600 * 10**9, rng.normal(90, 5, 400)  # 50 days
+    url = f"sqlite:///{tmp_path / 'history.db'}"
+    store, axis = fill(url, times, values)
+    with Reader(url) as reader:
+        before = reader.history("axis-1", points=40)["series"]
+        assert store.thin_out(axis.id, int(times[200]), limit=50) == 50
+        while store.thin_out(axis.id, int(times[200]), limit=50):
+            pass
+        assert reader.history("axis-1", points=40)["series"]["F"]["points"] == [
+            one | {"value": pytest.approx(one["value"]), "ci95": pytest.approx(one["ci95"])}
+            for one in before["F"]["points"]
+        ]
+        check_points(reader.history("axis-1", points=1000)["series"]["F"]["points"], times, values, 1000)
+        old = reader.history("axis-1", to_ns=int(times[100]), points=20)["series"]["F"]
+        assert 90 <= old["answers"] <= 101  # up to the whole hour, or day, of the bound
+        assert reader.axis("axis-1").verdicts == {"identified": 400}
+    store.close()

@@ -38,6 +38,8 @@ def upgrade() -> None:
         comment="of the axis' constants and model",
     )
     op.add_column("estimate", version)
+    op.drop_index("ix_estimate_axis_id_end_ns", "estimate")
+    op.create_index("ix_estimate_axis_id_end_ns_verdict", "estimate", ["axis_id", "end_ns", "verdict"])
     _count_verdicts()
     for span in SPANS:
         op.execute(FILL.format(span=span))
@@ -167,6 +169,8 @@ def downgrade() -> None:
     """Back to 0001; what only the new tables hold is lost."""
     for table in ("roll_up", "outbox", "evidence", "diagnosis", "axis_version", "event"):
         op.drop_table(table)
+    op.drop_index("ix_estimate_axis_id_end_ns_verdict", "estimate")
+    op.create_index("ix_estimate_axis_id_end_ns", "estimate", ["axis_id", "end_ns"])
     with op.batch_alter_table("estimate") as batch:
         batch.drop_column("axis_version")
     with op.batch_alter_table("axis") as batch:
