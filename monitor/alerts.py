@@ -2,56 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-from monitor.drift import Kind
+from monitor.advice import advice
+from monitor.findings import Kind
 from monitor.times import iso, span
 
 SCHEMA_VERSION = 1
-
-
-@dataclass(frozen=True, slots=True)
-class Advice:
-    """What is known about a kind of alert before anything was measured."""
-
-    priority: str
-    consequence: str
-    likely_cause: str
-    recommended_action: str
-
-
-ADVICE = {
-    Kind.WEAR: Advice(
-        "medium",
-        "the drive works harder, position errors grow; in the end the guide is damaged",
-        "wear or dirt of the guide, the carriage or the belt; too much pre-load or belt tension",
-        "inspect guide, carriage and belt of this axis; clean, re-tension or replace; then let it learn anew",
-    ),
-    Kind.LUBRICATION: Advice(
-        "medium",
-        "dry running wears the guide quickly; too much or too stiff grease heats it",
-        "lubricant lost, aged or changed; a cold axis behaves the same",
-        "check temperature first, then lubricate as the maker says; if it was just lubricated, let the axis run in",
-    ),
-    Kind.JAM: Advice(
-        "high",
-        "the axis may stall, trip or break parts",
-        "a foreign body, a broken bearing, a brake that drags, or a collision",
-        "stop the axis, look for obstacles, check the brake and turn it by hand before going on",
-    ),
-    Kind.DATA_QUALITY: Advice(
-        "low",
-        "this axis is not watched while its data cannot be used",
-        "a sensor that is frozen or disconnected, a wrong unit, or a clock that steps",
-        "look at the reason, check sensor, cable and the gateway's clock",
-    ),
-    Kind.STALE: Advice(
-        "low",
-        "this axis is not watched while nothing arrives",
-        "the machine is off, or its gateway or the network is down",
-        "check whether the machine runs, then its gateway; tribowatch doctor shows the links",
-    ),
+RIVALS, NOTICEABLE = 2, 0.005  # causes always shown, and the score from which others are
+SHAPE_WORDS = {
+    "dry friction": "about the same at every speed",
+    "Coulomb level": "about the same at every speed but the lowest",
+    "viscous friction": "growing with speed",
+    "low-speed friction": "mostly at low speed",
+    "film": "up at low speed and down at high speed, or the reverse",
+    "less friction": "about the same at every speed, downwards",
+    "torque scale": "in proportion to every force, weight or inertia included",
+    "payload": "in the weight carried, hardly in friction",
+    "outside force": "the same push in both directions, hardly in friction",
+    "temperature": "with speed, as temperature does",
+    "left-out physics": "in what the model cannot explain",
 }
 
 
@@ -67,9 +37,9 @@ def compose(
         occurrence: how often it was raised; with the others it makes the id.
         state: of ISA-18.2.
         since_ns: event time at which it was raised. [ns]
-        evidence: of `drift.Finding`.
+        evidence: of `findings.Finding`.
     """
-    advice = ADVICE[kind]
+    words = advice(kind, evidence.get("cause"))
     return {
         "schema_version": SCHEMA_VERSION,
         "id": f"{site}/{axis}/{kind.value}/{occurrence}",
@@ -77,12 +47,13 @@ def compose(
         "axis": axis,
         "kind": kind.value,
         "state": state,
-        "priority": advice.priority,
+        "priority": words.priority,
         "since": iso(since_ns),
         "since_ns": since_ns,
-        "consequence": advice.consequence,
-        "likely_cause": advice.likely_cause,
-        "recommended_action": advice.recommended_action,
+        "consequence": words.consequence,
+        "likely_cause": words.likely_cause,
+        "recommended_action": words.recommended_action,
+        "time_to_act": time_to_act(words.time_to_act, evidence),
         "text": explain(axis, kind, evidence) + _pace(evidence),
         "evidence": evidence,
     }
@@ -94,44 +65,113 @@ def _pace(evidence: dict[str, Any]) -> str:
     return f" Identification is behind: only every {every}th window is made." if every > 1 else ""
 
 
+def time_to_act(usual: str, evidence: dict[str, Any]) -> str:
+    """From the projection where there is one, else what is usual for the kind."""
+    remaining = evidence.get("remaining") or {}
+    if remaining.get("days") is None:
+        return usual
+    return f"before {remaining['days_low']:.0f} days are over: the limit may be reached then"
+
+
 def explain(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
-    """The finding in one or two sentences with its numbers."""
+    """The finding in a few sentences with its numbers."""
     match kind:
-        case Kind.WEAR | Kind.LUBRICATION:
-            return _explain_change(axis, kind, evidence)
         case Kind.JAM:
             where = f"{evidence['speed']:.3g} {evidence['speed_unit']}"
             numbers = f"{evidence['before']:.3g} to {evidence['now']:.3g} {evidence['unit']}"
-            return f"{axis}: friction at {where} rose from {numbers} within two windows"
-        case Kind.DATA_QUALITY if "audit" in evidence:
-            return f"{axis}: refused, not identified ({evidence['windows']} windows so far): {evidence['reason']}"
-        case Kind.DATA_QUALITY if not evidence["windows"]:
-            return f"{axis}: not watched: {evidence['reason']}"
-        case Kind.DATA_QUALITY:
-            return f"{axis}: {evidence['windows']} windows in a row cannot be used: {evidence['reason']}"
+            return f"{axis}: friction at {where} rose from {numbers} within one window"
         case Kind.STALE:
             silence = span(evidence["silent_ns"])
             return f"{axis}: nothing received for {silence}; latest sample {iso(evidence['last_ns']) or 'never'}"
-    return f"{axis}: {kind.value}"
+        case Kind.OPERATING_POINT if evidence.get("cause") in ("not covered", "speed range"):
+            return _explain_unknown(axis, evidence)
+        case Kind.DATA_QUALITY if "reason" in evidence:
+            return _explain_data(axis, evidence)
+        case Kind.MODEL_MISMATCH if "finding" in evidence:
+            return f"{axis}: {evidence['finding']}"
+    return _explain_change(axis, kind, evidence) if "speeds" in evidence else f"{axis}: {kind.value}"
+
+
+def _explain_data(axis: str, evidence: dict[str, Any]) -> str:
+    if "audit" in evidence:
+        return f"{axis}: refused, not identified ({evidence['windows']} windows so far): {evidence['reason']}"
+    if not evidence["windows"]:
+        return f"{axis}: not watched: {evidence['reason']}"
+    what = "have more faults than usual" if "shares" in evidence else "cannot be used"
+    return f"{axis}: {evidence['windows']} windows in a row {what}: {evidence['reason']}"
+
+
+def _explain_unknown(axis: str, evidence: dict[str, Any]) -> str:
+    """Why wear cannot be judged where the axis works now."""
+    if evidence["cause"] == "speed range":
+        low, high = evidence["speeds"][0], evidence["speeds"][-1]
+        unit = evidence["speed_unit"]
+        return (
+            f"{axis}: {evidence['windows']} windows in a row do not cover the speeds of the baseline "
+            f"({low:.3g} to {high:.3g} {unit}; fastest now {evidence['fastest']:.3g} {unit}): wear cannot be judged"
+        )
+    units = {"temperature": "degC", "load": "kg"}
+    where = ", ".join(
+        f"{name} {value:.3g} {units[name]} (baseline {evidence['covered'][name][0]:.3g} to "
+        f"{evidence['covered'][name][1]:.3g})"
+        for name, value in evidence["conditions"].items()
+    )
+    return (
+        f"{axis}: {evidence['indicator']} is {evidence['relative']:+.0%} off at {where}. There the baseline is unsure "
+        f"by {evidence['uncertain']:.0%}, so this is no finding of wear"
+    )
 
 
 def _explain_change(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
-    middle = len(evidence["speeds"]) // 2
-    unit, speed_unit = evidence["unit"], evidence["speed_unit"]
-    low, high = evidence["relative_ci95"]
-    shape = {
-        "dry friction": "about the same at every speed",
-        "Coulomb level": "about the same at every speed but the lowest",
-        "viscous friction": "growing with speed",
-        "low-speed friction": "mostly at low speed",
-    }[evidence["shape"]]
-    rival = Kind.LUBRICATION if kind is Kind.WEAR else Kind.WEAR
-    where = f"{evidence['speeds'][middle]:.3g} {speed_unit}"
-    return (
-        f"{axis}: friction at {where} went from {evidence['baseline'][middle]:.4g} "
-        f"to {evidence['now'][middle]:.4g} {unit} ({evidence['relative']:+.0%}, 95 % {low:+.0%} to {high:+.0%}) "
-        f"over {span(evidence['until_ns'] - evidence['since_ns'])} ({evidence['windows']} windows). "
-        f"The change is {shape}: {kind.value} {evidence['score']:.0%}, {rival.value} {1 - evidence['score']:.0%}. "
-        f"Baseline: {evidence['baseline_windows']} windows; threshold for at most "
-        f"{evidence['false_alarms_per_axis_year']:g} false alarms per axis-year."
+    """What changed, by how much, and which causes compete."""
+    since = f"over {span(evidence['until_ns'] - evidence['since_ns'])} ({_count(evidence['windows'], 'window')})"
+    said = [f"{axis}: {_numbers(evidence)} {since}."]
+    shape = SHAPE_WORDS.get(evidence["shape"], f"in {evidence['shape']}")
+    scores = sorted(evidence["rivals"].items(), key=lambda one: -one[1])
+    shown = [(name, score) for place, (name, score) in enumerate(scores) if place < RIVALS or score >= NOTICEABLE]
+    rivals = ", ".join(f"{name} {score:.0%}" for name, score in shown)
+    said.append(f"The change is {shape}: {rivals}.")
+    if evidence["shape"] == "torque scale":
+        said.append(f"As if the torque were read {evidence['size']:+.0%}.")
+    if kind is Kind.WEAR:
+        said.append(remaining_words(evidence["remaining"]))
+    corrected = " and ".join(evidence["corrected_for"]) or "nothing"
+    said.append(
+        f"Baseline: {_count(evidence['baseline_windows'], 'window')}, known to {evidence['baseline_error']:.1%}, "
+        f"windows scatter by {evidence['baseline_scatter']:.1%}, corrected for {corrected}; threshold for at most "
+        f"{_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
     )
+    return " ".join(said)
+
+
+def _numbers(evidence: dict[str, Any]) -> str:
+    middle = len(evidence["speeds"]) // 2
+    low, high = evidence["relative_ci95"]
+    friction = (
+        f"friction at {evidence['speeds'][middle]:.3g} {evidence['speed_unit']} went from "
+        f"{evidence['baseline'][middle]:.4g} to {evidence['now'][middle]:.4g} {evidence['unit']} "
+        f"({evidence['relative']:+.0%}, 95 % {low:+.0%} to {high:+.0%})"
+    )
+    name, unit = evidence["indicator"], evidence["indicator_unit"]
+    if name.startswith("friction at") or unit == "1":
+        return friction
+    before, now, error = (evidence[f"indicator_{key}"] for key in ("baseline", "now", "error"))
+    return f"{name} went from {before:.4g} to {now:.4g} ± {error:.2g} {unit}".rstrip() + f"; {friction}"
+
+
+def remaining_words(remaining: dict[str, Any]) -> str:
+    """The projection in words, or why there is none."""
+    limit = f"{remaining['limit']:+.0%}"
+    if remaining["refused"]:
+        return f"No projection to {limit}: {remaining['refused']}."
+    if remaining["days"] == 0:
+        return f"The limit of {limit} is reached."
+    high = "any number of" if remaining["days_high"] is None else f"{remaining['days_high']:.0f}"
+    return (
+        f"At this pace ({30 * remaining['per_day']:+.1%} in 30 days) {limit} is reached in "
+        f"{remaining['days']:.0f} days (95 % {remaining['days_low']:.0f} to {high})."
+    )
+
+
+def _count(number: float, what: str) -> str:
+    return f"{number:g} {what}" if number == 1 else f"{number:g} {what}s"

@@ -172,6 +172,8 @@ def drift_rule(axis: Axis, config: Config) -> DriftRule:
         false_alarms_per_year=config.alarms.false_alarms_per_axis_year,
         bad_windows=config.alarms.bad_windows,
         force_unit=axis.force_unit,
+        weight=axis.mechanics.weight if axis.mechanics.inertia_known else 0.0,
+        limit_rise=config.drift.limit_rise,
     )
 
 

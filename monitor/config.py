@@ -89,9 +89,10 @@ class DriftSection(_Section):
         default=20, ge=5, description="identified, non-overlapping windows that make the baseline"
     )
     min_change: float = Field(
-        default=0.05, gt=0, lt=1, description="relative change the watch is tuned to; half of it is tolerated [1]"
+        default=0.04, gt=0, lt=1, description="smallest relative change that is told, however sure it is [1]"
     )
-    jam_rise: float = Field(default=0.5, gt=0, description="sudden relative rise of friction called a jam [1]")
+    jam_rise: float = Field(default=0.2, gt=0, description="relative rise within one window that is called a jam [1]")
+    limit_rise: float = Field(default=0.5, gt=0, description="rise at which a worn axis ends its life: projection [1]")
 
 
 class AlarmsSection(_Section):

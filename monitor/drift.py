@@ -1,293 +1,268 @@
-"""From estimates to findings: has this axis' friction changed, and what does the change look like? Pure.
+"""From estimates to findings: has this axis changed, by how much, and what is behind it? Pure.
 
-Every non-overlapping informative window takes one step of a two-sided CUSUM per indicator (`baseline.py`), against a
-baseline learned from the axis' first windows, with thresholds from the false-alarm rate (`cusum.py`). A change is
-told apart by its shape over speed: constant = wear, growing or falling with speed = lubrication, sudden and big = jam.
-Windows that are not informative change nothing.
+Every non-overlapping informative window is compared with the baseline (`baseline.py`) at its own temperature and load.
+A change counts when the mean of the last windows, any number of them, stands out of what a healthy axis does at the set
+rate of false alarms (`glr.py`), and when it is as large as the smallest change worth telling. Then causes compete for
+it (`classes.py`). Windows that are not informative change nothing.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import enum
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from monitor.baseline import Baseline, Learned, indicators_of, learn
-from monitor.classes import classify
-from monitor.estimate import Curve, Estimate
+from monitor.baseline import Baseline, learn, refined
+from monitor.channels import REFERENCES, UNEXPLAINED, Seen, numbers_of
+from monitor.classes import Verdict
+from monitor.data_quality import judge_quality
+from monitor.drift_state import DriftRule, DriftState, Step
+from monitor.estimate import Estimate
+from monitor.evidence_of import (
+    SPENT_ON_JAM,
+    arrays_of,
+    bars_of,
+    evidence_of,
+    explain,
+    look_back,
+    uncovered,
+    with_jam,
+)
+from monitor.findings import Finding, Kind
+from monitor.glr import LONGEST, Looked, bar
+from monitor.trend import added
 from plant.recording import Floats
 
-SPENT_ON_JAM = 0.1  # share of the false-alarm budget; the rest goes to the charts
-JAM_DEVIATION = 8.0  # scatters; a normal deviate reaches it once in 1e15 windows
+__all__ = ["DriftRule", "DriftState", "Finding", "Kind", "indicators", "judge"]
+
 RECENT = 5  # windows a jump is measured against
 SURE = 0.8  # score that turns a class that was already told
-FADE = 0.9  # per window: what an alert shows is the mean of about the last ten
-
-
-class Kind(enum.StrEnum):
-    """What an alert can be about; the last two belong to later capabilities."""
-
-    WEAR = "wear"
-    LUBRICATION = "lubrication"
-    JAM = "jam"
-    DATA_QUALITY = "data_quality"
-    STALE = "stale"
-    MODEL_MISMATCH = "model_mismatch"
-    OPERATING_POINT = "operating_point"
-
-
-@dataclass(frozen=True, slots=True)
-class DriftRule:
-    """Settings of the watch; see `config.DriftSection` and `config.AlarmsSection`."""
-
-    baseline_windows: int = 20
-    min_change: float = 0.05
-    jam_rise: float = 0.5
-    false_alarms_per_year: float = 1.0
-    bad_windows: int = 3
-    force_unit: str = "N"
-
-    @property
-    def speed_unit(self) -> str:
-        """m/s, or rad/s on a rotary axis."""
-        return "rad/s" if self.force_unit == "N*m" else "m/s"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A condition holds, or does not; with the numbers an alert needs as evidence."""
-
-    kind: Kind
-    holds: bool
-    evidence: dict[str, Any] = dataclasses.field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class DriftState:
-    """What the watch of one axis remembers; goes through JSON.
-
-    Attributes:
-        learned: windows of a baseline in the making.
-        baseline: None while learning.
-        up, down: CUSUM sums per indicator, in units of the scatter.
-        since: steps since the first sum left zero, and the friction summed over them. [1], [N] (REFERENCES,)
-        onset_ns: start of the first of them. [ns]
-        recent: mid-speed friction of the last steps. [N]
-        last: epoch, and number after the last sample, of the last window that took a step.
-        told: kind of change told at the last step, None while there is none.
-        before_jam: mid-speed friction before a jam, None while there is none. [N]
-        bad_run: bad_data windows in a row. [1]
-        passed_over: informative windows that did not cover the reference speeds. [1]
-    """
-
-    learned: tuple[Learned, ...] = ()
-    baseline: Baseline | None = None
-    up: tuple[float, ...] = ()
-    down: tuple[float, ...] = ()
-    steps: int = 0
-    summed: tuple[float, ...] = ()
-    onset_ns: int = 0
-    recent: tuple[float, ...] = ()
-    last: tuple[int, int] = (-1, 0)
-    told: Kind | None = None
-    before_jam: float | None = None
-    bad_run: int = 0
-    passed_over: int = 0
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return dataclasses.asdict(self)
-
-    @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> DriftState:
-        """Read what `to_dict` wrote, through JSON."""
-        learned = tuple(
-            Learned(one["start_ns"], one["end_ns"], Curve.from_dict(one["curve"]), one["stribeck_velocity"])
-            for one in values["learned"]
-        )
-        baseline = Baseline.from_dict(values["baseline"]) if values["baseline"] else None
-        told = Kind(values["told"]) if values["told"] else None
-        lists = {name: tuple(values[name]) for name in ("up", "down", "summed", "recent", "last")}
-        return cls(**{**values, **lists, "learned": learned, "baseline": baseline, "told": told})
+STAYS = 0.6  # of the smallest change worth telling: a change that was told lasts while it is above that ...
+STAYS_ERRORS = 2.0  # ... and above so many standard errors ...
+STAYS_WINDOWS = 3  # ... over the last so many windows
+BLOCK, SETTLING = 20, 8  # windows that refine the baseline together, once so many later ones were healthy too
+CALM = 0.8  # of the bar: nothing is learned from windows nearer to it
+PASSED_OVER = 5  # windows in a row at other speeds than the baseline's, before it is said
+DIGITS = 7  # significant, of what is remembered
+CHANGES = (Kind.WEAR, Kind.LUBRICATION, Kind.JAM, Kind.MODEL_MISMATCH, Kind.OPERATING_POINT, Kind.DATA_QUALITY)
 
 
 def judge(state: DriftState, estimate: Estimate, rule: DriftRule) -> tuple[DriftState, list[Finding]]:
     """Take one estimate, in order of time; say which conditions hold now. What is not in the list is unchanged."""
-    bad_run = state.bad_run + 1 if estimate.verdict == "bad_data" else 0
-    state = dataclasses.replace(state, bad_run=bad_run)
-    findings = [
-        Finding(Kind.DATA_QUALITY, bad_run >= rule.bad_windows, {"windows": bad_run, "reason": estimate.reason})
-    ]
+    quality, trusted = judge_quality(state.quality, estimate, rule.bad_windows)
+    state = dataclasses.replace(state, quality=quality)
     window = estimate.window.id  # by number, not by stamp: clocks may step back
-    if not estimate.informative or (window.epoch, window.first_seq) < state.last:
-        return state, findings
+    fresh = estimate.informative and (window.epoch, window.first_seq) >= state.last
+    if not fresh or trusted.holds:
+        return state, [trusted] if trusted.holds or state.told is not Kind.DATA_QUALITY else []
     state = dataclasses.replace(state, last=(window.epoch, window.first_seq + window.samples))
+    seen = Seen.of(estimate)
     if state.baseline is None:
-        return _learn(state, estimate, rule), findings
-    state, drifted = _step(state, state.baseline, estimate, rule)
-    return state, findings + drifted
+        return _learn(state, seen, rule), [trusted]
+    return _step(state, state.baseline, seen, rule)
 
 
-def _learn(state: DriftState, estimate: Estimate, rule: DriftRule) -> DriftState:
-    assert estimate.curve is not None  # informative
-    times = estimate.window.start_ns, estimate.window.end_ns
-    window = Learned(*times, estimate.curve, estimate.value_of("stribeck_velocity"))
-    learned = (*state.learned, window)[-4 * rule.baseline_windows :]
+def _learn(state: DriftState, seen: Seen, rule: DriftRule) -> DriftState:
+    learned = (*state.learned, seen)[-4 * rule.baseline_windows :]
     if len(learned) < rule.baseline_windows:
         return dataclasses.replace(state, learned=learned)
-    rate = rule.false_alarms_per_year * (1 - SPENT_ON_JAM)
-    baseline = learn(learned, rule.baseline_windows, rule.min_change, rate, rule.force_unit)
+    baseline = learn(list(learned), rule.baseline_windows, rule.min_change, rule.units)
     if baseline is None:
         return dataclasses.replace(state, learned=learned)
-    zeros = (0.0,) * len(baseline.indicators)
-    return dataclasses.replace(
-        state, learned=(), baseline=baseline, up=zeros, down=zeros, summed=(0.0,) * len(baseline.speeds)
-    )
+    return dataclasses.replace(state, learned=(), baseline=baseline)
 
 
-def _step(
-    state: DriftState, baseline: Baseline, estimate: Estimate, rule: DriftRule
-) -> tuple[DriftState, list[Finding]]:
-    at = estimate.curve.at(baseline.speeds) if estimate.curve else None
-    if at is None:
-        return dataclasses.replace(state, passed_over=state.passed_over + 1), []
-    values, errors = at
-    numbers, number_errors = indicators_of(np.array(baseline.speeds), values, errors)
-    z = np.array([one.deviation(x, s) for one, x, s in zip(baseline.indicators, numbers, number_errors, strict=True)])
-    state, jam = _judge_jam(state, baseline, float(numbers[1]), float(z[1]), estimate.window.end_ns, rule)
-    if jam.holds:  # the charts would only repeat it
-        return state, [jam]
-    state = _add(state, baseline, z, values, estimate.window.start_ns)
-    return _conclude(state, baseline, estimate.window.end_ns, jam, rule)
+def _step(state: DriftState, baseline: Baseline, seen: Seen, rule: DriftRule) -> tuple[DriftState, list[Finding]]:
+    numbers = numbers_of(seen, baseline.speeds, baseline.extra)
+    if numbers is None:
+        return _pass_over(state, baseline, seen, rule)
+    step = _remembered(seen, *numbers, baseline.away(seen.conditions))
+    recent = (*state.recent, step)[-LONGEST:]
+    after = dataclasses.replace(state, recent=recent, fresh=min(state.fresh + 1, LONGEST), passed_run=0)
+    looked, residuals = look_back(baseline, recent)
+    bars = bars_of(baseline, rule)
+    after, jam = _judge_jam(state, after, baseline, looked, residuals, bars, rule)
+    if jam is not None:
+        return after, _findings(Kind.JAM, jam)
+    middle = REFERENCES // 2
+    change = float(residuals[-1, middle] / baseline.channels[middle].scale)
+    after = dataclasses.replace(after, trend=added(after.trend, seen.end_ns, change))
+    return _conclude(after, baseline, looked, bars, rule)
+
+
+def _remembered(seen: Seen, values: Floats, errors: Floats, away: Floats) -> Step:
+    def short(x: Floats) -> tuple[float, ...]:
+        return tuple(float(f"{one:.{DIGITS}g}") for one in x)
+
+    told = tuple(one if np.isfinite(one) else None for one in short(values))
+    return Step(seen.start_ns, seen.end_ns, told, short(errors), short(away))
+
+
+def _pass_over(state: DriftState, baseline: Baseline, seen: Seen, rule: DriftRule) -> tuple[DriftState, list[Finding]]:
+    """The axis moves at other speeds than when the baseline was learned: nothing can be compared."""
+    run = state.passed_run + 1
+    state = dataclasses.replace(state, passed_over=state.passed_over + 1, passed_run=run)
+    evidence = {
+        "cause": "speed range", "windows": run, "fastest": seen.curve.fastest,
+        "speeds": list(baseline.speeds), "speed_unit": rule.speed_unit,
+    }  # fmt: skip
+    return state, [Finding(Kind.OPERATING_POINT, True, evidence)] if run >= PASSED_OVER else []
 
 
 def _judge_jam(
-    state: DriftState, baseline: Baseline, middle: float, z: float, end_ns: int, rule: DriftRule
-) -> tuple[DriftState, Finding]:
-    """A sudden rise within a window or two; it lasts until half of the rise is gone."""
-    normal = baseline.friction[len(baseline.friction) // 2]
-    before = state.before_jam
-    if before is None and state.recent:
-        usual = float(np.median(state.recent[:-1] or state.recent))
-        if middle - usual >= rule.jam_rise * abs(normal) and z >= JAM_DEVIATION:
-            before = usual
-            state = dataclasses.replace(state, before_jam=before, onset_ns=end_ns)
-    elif before is not None and middle - before < rule.jam_rise * abs(normal) / 2:
-        before = None
-        state = dataclasses.replace(state, before_jam=None)
-    if before is None:
-        return dataclasses.replace(state, recent=(*state.recent, middle)[-RECENT:]), Finding(Kind.JAM, False)
-    evidence = {"before": before, "now": middle, "relative": middle / before - 1 if before else None, "deviation": z}
-    where = {
-        "speed": baseline.speeds[len(baseline.speeds) // 2],
+    before: DriftState,
+    after: DriftState,
+    baseline: Baseline,
+    looked: Looked,
+    residuals: Floats,
+    bars: Floats,
+    rule: DriftRule,
+) -> tuple[DriftState, dict[str, Any] | None]:
+    """A sudden rise within one window, of dry friction; it lasts until half of the rise is gone.
+
+    The windows of a jam stay out of the memory: they would only repeat it.
+    """
+    middle = REFERENCES // 2
+    normal, now = float(abs(baseline.friction[middle])), float(residuals[-1, middle])
+    level = before.before_jam
+    if level is None and before.told is None and len(residuals) > 1:
+        usual = float(np.median(residuals[-1 - RECENT : -1, middle]))
+        limit = bar(rule.false_alarms_per_year * SPENT_ON_JAM, baseline.steps_per_year, baseline.fit.dof)
+        if now - usual >= rule.jam_rise * normal and looked.t[0, middle] >= max(limit, bars[middle]):
+            verdict = explain(baseline, looked, 0, rule)
+            if max(verdict.kinds, key=lambda kind: verdict.kinds[kind]) == Kind.WEAR:
+                level = usual
+                after = dataclasses.replace(after, onset_ns=after.recent[-1].start_ns)
+    elif level is not None and now - level < rule.jam_rise * normal / 2:
+        level = None
+    if level is None:
+        return dataclasses.replace(after, before_jam=None), None
+    verdict = explain(baseline, looked, 0, rule)
+    predicted = float(after.recent[-1].values[middle] or 0.0) - now
+    evidence = {
+        "before": predicted + level,
+        "now": predicted + now,
+        "relative": (now - level) / (predicted + level) if predicted + level else None,
+        "deviation": float(looked.t[0, middle]),
+        "speed": baseline.speeds[middle],
         "speed_unit": rule.speed_unit,
         "unit": rule.force_unit,
+        "since_ns": after.onset_ns,
+        "cause": "sudden",
+        "rivals": with_jam(verdict),
+        "score": verdict.kinds.get("wear", 0.0),
     }
-    return state, Finding(Kind.JAM, True, {**evidence, **where})
-
-
-def _add(state: DriftState, baseline: Baseline, z: Floats, values: Floats, start_ns: int) -> DriftState:
-    """One step of every chart. No single window counts more than three quarters of the way to the threshold."""
-    k = np.array([one.k for one in baseline.indicators])
-    h = np.array([one.h for one in baseline.indicators])
-    clipped = np.clip(z, -k - 0.75 * h, k + 0.75 * h)
-    up = np.clip(np.array(state.up) + clipped - k, 0.0, 1.5 * h)  # bounded, so that a repair is seen soon
-    down = np.clip(np.array(state.down) - clipped - k, 0.0, 1.5 * h)
-    if not up.any() and not down.any():
-        nothing = (0.0,) * len(values)
-        return dataclasses.replace(state, up=tuple(up.tolist()), down=tuple(down.tolist()), steps=0, summed=nothing)
-    fade = FADE if state.steps else 0.0
-    summed = fade * np.array(state.summed) + values
-    onset = state.onset_ns if state.steps else start_ns
-    return dataclasses.replace(
-        state,
-        up=tuple(up.tolist()),
-        down=tuple(down.tolist()),
-        steps=state.steps + 1,
-        summed=tuple(summed.tolist()),
-        onset_ns=onset,
-    )
+    kept = dataclasses.replace(after, recent=before.recent, fresh=0, before_jam=level, told=Kind.JAM)
+    return kept, evidence
 
 
 def _conclude(
-    state: DriftState, baseline: Baseline, end_ns: int, jam: Finding, rule: DriftRule
+    state: DriftState, baseline: Baseline, looked: Looked, bars: Floats, rule: DriftRule
 ) -> tuple[DriftState, list[Finding]]:
-    """Raise when a sum passes its threshold, return when every sum is below half of it; classify by shape."""
-    h = np.array([one.h for one in baseline.indicators])
-    height = np.maximum(state.up, state.down) / h
-    drifting = bool(height.max() > (1.0 if state.told is None else 0.5))
-    kind, evidence = (None, {}) if not drifting else _explain(state, baseline, height, end_ns, rule)
-    classes = (Kind.WEAR, Kind.LUBRICATION)
-    findings = [Finding(one, one is kind, evidence if one is kind else {}) for one in classes]
-    return dataclasses.replace(state, told=kind), [jam, *findings]
+    """Raise where a change stands out and is worth telling, return when it is gone; explain it; else learn."""
+    floors = np.array([one.floor for one in baseline.channels])
+    worth = _rising(baseline, looked) & (np.abs(looked.mean) > floors)
+    height = np.where(worth, np.abs(looked.t) / bars, 0.0)
+    told = state.told is not None and state.told is not Kind.JAM
+    drifting = _lasts(baseline, looked, floors) if told else bool(height.max() > 1.0)
+    if told and not drifting:  # back to normal: what came before must not be seen again in long means
+        state = dataclasses.replace(state, recent=state.recent[-STAYS_WINDOWS:], told=None)
+        return dataclasses.replace(state, fresh=0, onset_ns=0), _findings(None, {})
+    if not drifting:
+        finding = uncovered(baseline, looked, bars, worth, state, rule)
+        state = dataclasses.replace(state, told=None, onset_ns=0)
+        if finding is not None:
+            return dataclasses.replace(state, fresh=0), _findings(Kind.OPERATING_POINT, finding)
+        return _refine(state, baseline, looked, bars), _findings(None, {})
+    if not height.any():  # lasts, though no single look-back tells it any more
+        height = np.where(np.isfinite(floors), np.abs(looked.t) / bars, 0.0)
+    m, index = (int(k) for k in np.unravel_index(int(np.argmax(height)), height.shape))
+    verdict = explain(baseline, looked, m, rule)
+    name = baseline.channels[index].name
+    if "." in name:  # a parameter of a promoted effect says itself what grows
+        verdict = Verdict({Kind.WEAR.value: 1.0}, {name: 1.0}, ())
+    kind = _kind(verdict.kinds, state.told)
+    onset = state.onset_ns if state.told is not None and state.onset_ns else state.recent[-1 - m].start_ns
+    state = dataclasses.replace(state, told=kind, onset_ns=onset, fresh=0)
+    return state, _findings(kind, evidence_of(state, baseline, looked, m, index, height, verdict, kind, rule))
 
 
-def _explain(
-    state: DriftState, baseline: Baseline, height: Floats, end_ns: int, rule: DriftRule
-) -> tuple[Kind, dict[str, Any]]:
-    """What the change is, with the numbers an alert shows as evidence."""
-    normal = np.array(baseline.friction)
-    weight = (1 - FADE**state.steps) / (1 - FADE)  # windows that `summed` stands for
-    now = np.array(state.summed) / weight
-    uncertain = np.array(baseline.covariance) * (1 / baseline.windows + 1 / weight)
-    verdict = classify(baseline, now - normal, uncertain)
-    kind = _kind(verdict.wear, state.told)
-    middle, error = len(normal) // 2, 1.96 * np.sqrt(np.diag(uncertain))
-    index = int(np.argmax(height))
-    return kind, {
-        "speeds": list(baseline.speeds),
-        "baseline": normal.tolist(),
-        "now": now.tolist(),
-        "now_low": (now - error).tolist(),
-        "now_high": (now + error).tolist(),
-        "relative": float(now[middle] / normal[middle] - 1),
-        "relative_ci95": [float((now + sign * error)[middle] / normal[middle] - 1) for sign in (-1, 1)],
-        "unit": rule.force_unit,
-        "speed_unit": rule.speed_unit,
-        "score": verdict.wear if kind is Kind.WEAR else 1 - verdict.wear,
-        "rivals": {"wear": verdict.wear, "lubrication": 1 - verdict.wear},
-        "shape": verdict.shape,
-        "shapes": verdict.shapes,
-        "indicator": baseline.indicators[index].name,
-        "direction": "up" if state.up[index] >= state.down[index] else "down",
-        "height": float(height[index]),
-        "windows": state.steps,
-        "since_ns": state.onset_ns,
-        "until_ns": end_ns,
-        "baseline_windows": baseline.windows,
-        "false_alarms_per_axis_year": rule.false_alarms_per_year,
-    }
+def _rising(baseline: Baseline, looked: Looked) -> Any:
+    """All deviations, but of the unexplained force only rises: less of it is no news. (m, J)"""
+    news = np.ones(looked.mean.shape, dtype=np.bool_)
+    if (index := baseline.index(UNEXPLAINED)) is not None:
+        news[:, index] = looked.mean[:, index] > 0
+    return news
 
 
-def _kind(wear: float, told: Kind | None) -> Kind:
-    """The likelier class; one already told stays until its rival is sure."""
-    if told is Kind.WEAR:
-        return Kind.LUBRICATION if 1 - wear > SURE else Kind.WEAR
-    if told is Kind.LUBRICATION:
-        return Kind.WEAR if wear > SURE else Kind.LUBRICATION
-    return Kind.WEAR if wear >= 0.5 else Kind.LUBRICATION
+def _lasts(baseline: Baseline, looked: Looked, floors: Floats) -> bool:
+    """Whether a change that was told is still there, over as few windows as can tell."""
+    rows = np.arange(len(looked.mean))[:, None]
+    sharp = (STAYS_ERRORS * looked.error < STAYS * floors) & (rows >= STAYS_WINDOWS - 1)
+    first = np.where(sharp.any(axis=0), sharp.argmax(axis=0), len(rows) - 1)
+    columns = np.arange(len(floors))
+    mean, t = looked.mean[first, columns], looked.t[first, columns]
+    rising = _rising(baseline, looked)[first, columns]
+    return bool((rising & (np.abs(mean) > STAYS * floors) & (np.abs(t) > STAYS_ERRORS)).any())
+
+
+def _refine(state: DriftState, baseline: Baseline, looked: Looked, bars: Floats) -> DriftState:
+    """Let windows that turned out healthy refine the baseline."""
+    calm = float((np.abs(looked.t) / bars)[_rising(baseline, looked)].max(initial=0.0)) < CALM
+    if not calm or state.fresh < BLOCK + SETTLING:
+        return state
+    first = len(state.recent) - state.fresh
+    block = state.recent[first : first + BLOCK]
+    values, errors, away = arrays_of(block)
+    sure = (errors**2 <= 4.0 * np.array(baseline.usual) + 1e-12).all(axis=1) & np.isfinite(values).all(axis=1)
+    state = dataclasses.replace(state, fresh=state.fresh - BLOCK)
+    if sure.sum() < BLOCK // 2:
+        return state
+    moved = refined(baseline, away[sure] + baseline.moments.mean_x, values[sure], block[-1].end_ns)
+    shift = moved.moments.mean_x - baseline.moments.mean_x
+    recent = tuple(
+        dataclasses.replace(step, away=tuple((np.array(step.away) - shift).tolist())) for step in state.recent
+    )
+    return dataclasses.replace(state, baseline=moved, recent=recent)
+
+
+def _kind(scores: dict[str, float], told: Kind | None) -> Kind:
+    """The likeliest class; one already told stays until a rival is sure."""
+    best = max(scores, key=lambda name: scores[name])
+    if told is not None and told.value in scores and scores[best] < SURE:
+        return told
+    return Kind(best)
+
+
+def _findings(kind: Kind | None, evidence: dict[str, Any]) -> list[Finding]:
+    """One finding for every kind of change; only `kind` holds."""
+    return [Finding(one, one is kind, evidence if one is kind else {}) for one in CHANGES]
 
 
 def indicators(state: DriftState, estimate: Estimate) -> list[dict[str, Any]]:
     """The numbers watched, at this window, for subscribers and the history; empty while learning."""
     baseline = state.baseline
-    at = estimate.curve.at(baseline.speeds) if baseline and estimate.curve and estimate.informative else None
-    if baseline is None or at is None:
+    if baseline is None or not estimate.informative:
         return []
-    numbers, errors = indicators_of(np.array(baseline.speeds), *at)
+    seen = Seen.of(estimate)
+    numbers = numbers_of(seen, baseline.speeds, baseline.extra)
+    if numbers is None:
+        return []
+    step = _remembered(seen, *numbers, baseline.away(seen.conditions))
+    looked, _ = look_back(baseline, (step,))
+    expected = baseline.moments.mean_y + np.array(step.away) @ baseline.fit.slopes
     return [
         {
             "name": one.name,
             "unit": one.unit,
-            "value": float(x),
-            "ci95": [float(x - 1.96 * s), float(x + 1.96 * s)],
-            "baseline": one.mean,
-            "deviation": one.deviation(float(x), float(s)),
-            "sum_up": up / one.h,
-            "sum_down": down / one.h,
+            "value": float(numbers[0][i]),
+            "ci95": [float(numbers[0][i] + sign * 1.96 * numbers[1][i]) for sign in (-1, 1)],
+            "baseline": float(expected[i]),
+            "baseline_error": float(np.sqrt(max(looked.error[0, i] ** 2 - baseline.fit.variance[i], 0.0))),
+            "deviation": float(looked.t[0, i]),
+            "smallest_change": one.floor,
         }
-        for one, x, s, up, down in zip(baseline.indicators, numbers, errors, state.up, state.down, strict=True)
+        for i, one in enumerate(baseline.channels)
+        if np.isfinite(one.floor) and np.isfinite(numbers[0][i])
     ]

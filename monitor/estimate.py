@@ -70,7 +70,8 @@ class Estimate:
         verdict: identified | not_informative | bad_data.
         reason: why not, in words and numbers.
         seconds: what it took. [s]
-        conditions: mean temperature [degC], load [kg or 1], speed and travel, where known.
+        conditions: mean temperature [degC], load [kg or 1], speed, travel and unexplained force, where known.
+        faults: shares of the samples at fault, by fault; see `data_quality.faults_of`. [1]
         result: the JSON of `tribowatch identify`.
     """
 
@@ -89,6 +90,7 @@ class Estimate:
     parameters: tuple[Parameter, ...] = ()
     curve: Curve | None = None
     conditions: dict[str, float] = field(default_factory=dict)
+    faults: dict[str, float] = field(default_factory=dict)
 
     def value_of(self, parameter: str) -> float | None:
         """Value of a parameter, None where it was not identified or not identifiable."""

@@ -13,6 +13,7 @@ import numpy as np
 from identify.audit import audit_recording, worst
 from identify.identification import identify_friction
 from identify.result import IdentificationResult
+from monitor.data_quality import faults_of
 from monitor.estimate import Curve, Estimate, Parameter
 from monitor.windows import Samples, Window
 from plant.axis import Axis
@@ -88,7 +89,8 @@ def identify_window(job: Job) -> Estimate:
         seconds=time.perf_counter() - started,
         parameters=_parameters(answer),
         curve=curve,
-        conditions=_conditions(recording),
+        conditions=_conditions(recording) | _left_over(answer),
+        faults=faults_of(list(answer.preprocessing), len(recording), jitter_of(recording)),
     )
 
 
@@ -153,6 +155,19 @@ def _conditions(recording: Recording) -> dict[str, float]:
         "load": _mean(recording.load),
     }
     return {name: value for name, value in numbers.items() if math.isfinite(value)}
+
+
+def _left_over(answer: IdentificationResult) -> dict[str, float]:
+    latent = answer.latent_force
+    return {} if latent is None or not math.isfinite(latent) else {"latent_force": float(latent)}
+
+
+def jitter_of(recording: Recording) -> float:
+    """Standard deviation of the time steps over their median; gaps aside. [1]"""
+    steps = np.diff(recording.t)
+    usual = float(np.median(steps))
+    near = steps[steps < 2.5 * usual]
+    return float(near.std() / usual) if len(near) > 1 and usual > 0 else 0.0
 
 
 def _mean(values: Floats | None) -> float:

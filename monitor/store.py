@@ -241,7 +241,9 @@ class Store(AlarmStore, LifeStore):
     ) -> None:
         db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
         common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
-        trended = (*estimate.parameters, *as_parameters(indicators))
+        known = {one.name for one in estimate.parameters}
+        watched = (one for one in as_parameters(indicators) if one.name not in known)
+        trended = (*estimate.parameters, *watched)
         if trended:
             rows = [{**common, **dataclasses.asdict(one)} for one in trended]
             db.execute(insert(ParameterRow), rows)

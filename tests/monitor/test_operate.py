@@ -43,9 +43,9 @@ def do(floor, action, axis="axis-1", author="Ada", **arguments):
 
 def test_maintenance_is_remembered_and_begins_a_new_baseline_where_it_should(floor):
     run = floor.fleet.runs["axis-1"]
-    run.drift = DriftState(bad_run=3)
+    run.drift = DriftState(passed_over=3)
     assert do(floor, "event", text="looked at it")["new_baseline"] is False
-    assert run.drift.bad_run == 3
+    assert run.drift.passed_over == 3
     told = do(floor, "event", text="relubricated", kind="lubrication", at="2026-01-02", new_baseline=True)
     assert (told["at"], told["new_baseline"]) == ("2026-01-02T00:00:00.000Z", True)
     assert run.drift == DriftState()

@@ -276,7 +276,7 @@ def test_events_versions_diagnoses_and_evidence_come_back(store, url):
 
 def test_a_changed_axis_file_is_a_new_version_and_a_new_baseline(store, url):
     axis, _ = journal(store, 0, 20)
-    axis.drift = DriftState(bad_run=2).to_dict()
+    axis.drift = DriftState(passed_over=2).to_dict()
     store.add_event(axis, EventRecord(1, "maintenance", "oiled", "Ada"))
     assert store.register([AXIS])["axis-1"].version == 1
     heavier = dataclasses.replace(AXIS, mechanics=dataclasses.replace(AXIS.mechanics, M=25.0))

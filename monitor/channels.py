@@ -1,0 +1,185 @@
+"""The numbers of one window that are watched or that tell causes apart: which, in what unit, how sure. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from monitor.estimate import Curve, Estimate
+from plant.recording import Floats
+
+REFERENCES = 5  # reference speeds, spread over the range the axis visits
+MARGIN = 0.75  # of the fastest speed, up to which friction is compared
+SHAPES = (
+    "friction at low speed",
+    "friction between low and mid speed",
+    "friction at mid speed",
+    "friction between mid and high speed",
+    "friction at high speed",
+    "Coulomb level",
+    "viscous slope",
+    "Stribeck rise",
+)
+UNWATCHED = (SHAPES[1], SHAPES[3])  # they tell shapes apart; watched, they would only share the others' false alarms
+MOVERS: tuple[str, ...] = ("temperature", "load")  # what moves friction without wear, where it is reported
+ASYMMETRY, UNEXPLAINED, MASS = "constant force", "unexplained force", "moving mass"
+CLEAN = 0.013  # of friction: latent force of a complete model (identify.mismatch), added so that nothing counts twice
+DOUBLED = 0.7  # of the logarithm: the unexplained force has doubled
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One number.
+
+    Attributes:
+        name: one of `SHAPES`, `ASYMMETRY`, `UNEXPLAINED`, `MASS`, or a parameter of a promoted effect.
+        unit: N, N*s/m, ..., 1 for a logarithm.
+        scale: change that equals a relative change of 1.
+        floor: smallest change worth telling; infinite where it is not watched.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    floor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One informative window as the watch keeps it.
+
+    Attributes:
+        start_ns, end_ns: first and last sample. [ns]
+        curve: friction over speed.
+        others: value and standard error of what is no friction: `ASYMMETRY`, `MASS`, parameters of effects.
+        latent: force the model leaves unexplained. [N or N·m]
+        conditions: temperature [degC] and load [kg or 1], where reported.
+        stribeck_velocity: [m/s or rad/s], None where not known.
+    """
+
+    start_ns: int
+    end_ns: int
+    curve: Curve
+    others: dict[str, tuple[float, float]]
+    latent: float | None
+    conditions: dict[str, float]
+    stribeck_velocity: float | None = None
+
+    @classmethod
+    def of(cls, estimate: Estimate) -> Seen:
+        """What to keep of an informative estimate."""
+        assert estimate.curve is not None  # informative
+        others = {}
+        for one in estimate.parameters:
+            name = {"constant_force": ASYMMETRY, "moving_mass": MASS}.get(one.name, one.name)
+            wanted = name in (ASYMMETRY, MASS) or "." in name
+            if wanted and one.identifiable and one.low is not None and one.high is not None:
+                others[name] = (one.value, (one.high - one.low) / 2 / 1.96)
+        conditions = dict(one for one in estimate.conditions.items() if one[0] in MOVERS)
+        window = estimate.window
+        latent, v_s = estimate.conditions.get("latent_force"), estimate.value_of("stribeck_velocity")
+        return cls(window.start_ns, window.end_ns, estimate.curve, others, latent, conditions, v_s)
+
+
+def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:
+    """Speeds that four of five windows visited, spread on the logarithm; None where fewer than three are shared.
+
+    They end somewhat below the fastest: an axis that wears becomes slower, and must stay comparable.
+    """
+    curves = [curve for curve in curves if len(curve.speeds) > 0]
+    if not curves:
+        return None
+    low = float(np.quantile([curve.speeds[0] for curve in curves], 0.8, method="higher"))
+    high = MARGIN * float(np.quantile([curve.fastest for curve in curves], 0.2, method="lower"))
+    widest = max(curves, key=lambda curve: len(curve.speeds)).speeds
+    common = [speed for speed in widest if low * (1 - 1e-9) <= speed <= high * (1 + 1e-9)]
+    if len(common) < 3:
+        return None
+    picks = np.linspace(0, len(common) - 1, REFERENCES).round().astype(int)
+    return tuple(common[i] for i in picks)
+
+
+def numbers_of(seen: Seen, speeds: tuple[float, ...], extra: tuple[str, ...]) -> tuple[Floats, Floats] | None:
+    """Values and standard errors in the order `SHAPES`, then `extra`; nan where this window does not tell one.
+
+    None where the window does not cover the reference speeds.
+    """
+    at = seen.curve.at(speeds)
+    if at is None:
+        return None
+    force, error = at
+    design = _line(speeds)
+    upper = slice(len(speeds) // 2, None)
+    level, slope = design @ force[upper]
+    level_error, slope_error = np.sqrt((design**2) @ error[upper] ** 2)
+    rise = force[0] - (level + slope * speeds[0])
+    values = [*force, level, slope, rise]
+    errors = [*error, level_error, slope_error, float(np.hypot(error[0], level_error))]
+    for name in extra:
+        value, spread = _other(seen, name, float(force[len(force) // 2]))
+        values.append(value)
+        errors.append(spread)
+    return np.array(values), np.array(errors)
+
+
+def _line(speeds: tuple[float, ...]) -> Floats:
+    """Level and slope of friction over the upper half of the speeds, where Stribeck's bump is gone. (2, upper)"""
+    upper = np.array(speeds[len(speeds) // 2 :])
+    return np.asarray(np.linalg.pinv(np.column_stack([np.ones(len(upper)), upper])), dtype=np.float64)
+
+
+def _other(seen: Seen, name: str, middle: float) -> tuple[float, float]:
+    if name == UNEXPLAINED:
+        if seen.latent is None:
+            return float("nan"), 0.0
+        return float(np.log(max(seen.latent, 0.0) + CLEAN * abs(middle))), 0.0
+    return seen.others.get(name, (float("nan"), 0.0))
+
+
+def extras_of(windows: list[Seen]) -> tuple[str, ...]:
+    """What beside friction nearly all of `windows` tell."""
+    names = sorted({name for window in windows for name in window.others})
+    if all(window.latent is not None for window in windows):
+        names.append(UNEXPLAINED)
+    many = 0.9 * len(windows)
+    return tuple(
+        name for name in names if name == UNEXPLAINED or sum(name in window.others for window in windows) >= many
+    )
+
+
+def channels_of(
+    means: Floats, speeds: tuple[float, ...], extra: tuple[str, ...], min_change: float, units: tuple[str, str, str]
+) -> tuple[Channel, ...]:
+    """The channels, with scales and floors.
+
+    Args:
+        means: baseline values in the order of `numbers_of`.
+        speeds: reference speeds.
+        extra: names beside `SHAPES`.
+        min_change: smallest relative change worth telling. [1]
+        units: of force, of its slope over speed, of inertia.
+    """
+    force, slope, inertia = units
+    middle = float(abs(means[REFERENCES // 2])) or 1.0
+    found = []
+    for index, name in enumerate((*SHAPES, *extra)):
+        scale, unit = middle, force
+        if index < REFERENCES:
+            scale = float(abs(means[index])) or middle
+        elif name == SHAPES[6]:
+            scale, unit = middle / speeds[-1], slope
+        elif name == UNEXPLAINED:
+            scale, unit = 1.0, "1"
+        elif name == MASS:
+            scale, unit = float(abs(means[index])), inertia
+        elif "." in name and not _is_force(name):
+            scale, unit = float(abs(means[index])), ""
+        floor = DOUBLED if name == UNEXPLAINED else min_change * scale
+        found.append(Channel(name, unit, scale, float("inf") if name in UNWATCHED else floor))
+    return tuple(found)
+
+
+def _is_force(name: str) -> bool:
+    """Parameters of effects that are forces, whose change is measured against friction."""
+    return name.split(".")[1] in ("amplitude", "force", "step", "coulomb_difference_half", "stiction_rise")
