@@ -45,7 +45,7 @@ class Conclusion:
         try:
             run.audit.hear(estimate)
             run.drift, findings = judge(run.drift, estimate, run.rule)
-            return _with_pace(run, run.audit.quality(findings)), indicators(run.drift, estimate)
+            return _with_pace(run, run.audit.quality(findings)), indicators(run.drift, estimate, run.rule)
         except Exception:
             run.reject("judgement_error")
             log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))

@@ -26,6 +26,7 @@ from monitor.evidence_of import (
     evidence_of,
     explain,
     look_back,
+    towards,
     uncovered,
     with_jam,
 )
@@ -240,7 +241,7 @@ def _findings(kind: Kind | None, evidence: dict[str, Any]) -> list[Finding]:
     return [Finding(one, one is kind, evidence if one is kind else {}) for one in CHANGES]
 
 
-def indicators(state: DriftState, estimate: Estimate) -> list[dict[str, Any]]:
+def indicators(state: DriftState, estimate: Estimate, rule: DriftRule) -> list[dict[str, Any]]:
     """The numbers watched, at this window, for subscribers and the history; empty while learning."""
     baseline = state.baseline
     if baseline is None or not estimate.informative:
@@ -250,8 +251,10 @@ def indicators(state: DriftState, estimate: Estimate) -> list[dict[str, Any]]:
     if numbers is None:
         return []
     step = _remembered(seen, *numbers, baseline.away(seen.conditions))
-    looked, _ = look_back(baseline, (step,))
+    latest = bool(state.recent) and state.recent[-1].end_ns == step.end_ns  # windows of a jam are not remembered
+    looked, _ = look_back(baseline, state.recent if latest else (*state.recent, step)[-LONGEST:])
     expected = baseline.moments.mean_y + np.array(step.away) @ baseline.fit.slopes
+    up, down = towards(baseline, looked, bars_of(baseline, rule))
     return [
         {
             "name": one.name,
@@ -262,6 +265,8 @@ def indicators(state: DriftState, estimate: Estimate) -> list[dict[str, Any]]:
             "baseline_error": float(np.sqrt(max(looked.error[0, i] ** 2 - baseline.fit.variance[i], 0.0))),
             "deviation": float(looked.t[0, i]),
             "smallest_change": one.floor,
+            "sum_up": float(up[i]),
+            "sum_down": float(down[i]),
         }
         for i, one in enumerate(baseline.channels)
         if np.isfinite(one.floor) and np.isfinite(numbers[0][i])

@@ -43,6 +43,13 @@ def bars_of(baseline: Baseline, rule: DriftRule) -> Floats:
     return np.where(watched, bar(rate, baseline.steps_per_year, baseline.fit.dof), np.inf)
 
 
+def towards(baseline: Baseline, looked: Looked, bars: Floats) -> tuple[Floats, Floats]:
+    """How far each channel is on its way to a finding, up and down: share of bar and floor, the lesser. (J,) each"""
+    floors = np.array([one.floor for one in baseline.channels])
+    share = np.minimum(np.abs(looked.t) / bars, np.abs(looked.mean) / floors)
+    return np.where(looked.mean > 0, share, 0.0).max(axis=0), np.where(looked.mean < 0, share, 0.0).max(axis=0)
+
+
 def explain(baseline: Baseline, looked: Looked, m: int, rule: DriftRule) -> Verdict:
     """Let causes compete for the mean of the last m + 1 windows."""
     index = compared(baseline)

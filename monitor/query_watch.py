@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, func, select
 
+from monitor.drift_state import DriftState
 from monitor.models import EstimateRow
 from monitor.query_rows import between
 from monitor.times import iso
@@ -33,34 +34,31 @@ def curves(db: Connection, row: Any) -> dict[str, Any]:
         "force_unit": row["force_unit"],
         "speed_unit": f"{row['position_unit']}/s",
         "now": now,
-        "baseline": _baseline((row["drift"] or {}).get("baseline")),
+        "baseline": _baseline(row["drift"]),
     }
 
 
-def _baseline(known: dict[str, Any] | None) -> dict[str, Any] | None:
+def _baseline(drift: dict[str, Any] | None) -> dict[str, Any] | None:
     """Mean friction of the healthy axis, and between which values one of its windows falls 19 times of 20."""
+    known = DriftState.from_dict(drift).baseline if drift else None
     if known is None:
         return None
-    mean = np.array(known["friction"])
-    half = Z95 * np.sqrt(np.diag(np.array(known["covariance"])))
+    mean, scatter = known.friction, np.sqrt(known.fit.variance)
+    half = Z95 * scatter[: len(mean)]
     return {
-        "windows": known["windows"],
-        "from": iso(known["from_ns"]),
-        "to": iso(known["to_ns"]),
-        "speeds": known["speeds"],
+        "windows": known.windows,
+        "from": iso(known.from_ns),
+        "to": iso(known.to_ns),
+        "speeds": list(known.speeds),
         "values": mean.tolist(),
         "low": (mean - half).tolist(),
         "high": (mean + half).tolist(),
         "indicators": [
-            {"name": one["name"], "unit": one["unit"], "mean": one["mean"], "scatter": _scatter(one)}
-            for one in known["indicators"]
+            {"name": one.name, "unit": one.unit, "mean": float(level), "scatter": float(spread)}
+            for one, level, spread in zip(known.channels, known.moments.mean_y, scatter, strict=True)
+            if np.isfinite(one.floor)
         ],
     }
-
-
-def _scatter(one: dict[str, Any]) -> float:
-    """Standard deviation of an indicator from window to window."""
-    return float(np.sqrt(one["extra"] + one["width"] * one["widest"] ** 2))
 
 
 def watched(db: Connection, axis_id: int, from_ns: int | None, to_ns: int | None, points: int) -> dict[str, Any]:

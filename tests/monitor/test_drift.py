@@ -186,15 +186,16 @@ def test_a_state_of_an_older_program_is_learned_anew():
 def test_indicators_say_where_an_estimate_stands():
     rng = np.random.default_rng(7)
     state, _ = watch(RULE, (estimate(k, rng, latent=0.8, constant=0.0) for k in range(25)))
-    told = {one["name"]: one for one in indicators(state, estimate(25, coulomb=1.2, static=1.2, latent=0.8))}
+    told = {one["name"]: one for one in indicators(state, estimate(25, coulomb=1.2, static=1.2, latent=0.8), RULE)}
     assert told["friction at mid speed"]["deviation"] > 5
+    assert told["friction at mid speed"]["sum_up"] > 1 > told["friction at mid speed"]["sum_down"]
     assert told["friction at mid speed"]["ci95"][0] < told["friction at mid speed"]["value"]
     assert told["friction at mid speed"]["smallest_change"] == pytest.approx(
         0.04 * told["friction at mid speed"]["baseline"], rel=1e-6
     )
     assert abs(told["unexplained force"]["deviation"]) < 2
     assert "constant force" not in told  # this window did not tell it
-    assert indicators(DriftState(), estimate(0)) == []
+    assert indicators(DriftState(), estimate(0), RULE) == []
 
 
 def test_the_baseline_says_how_sure_it_is_and_learns_on_while_healthy():
