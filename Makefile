@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search bench-scale paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
+.PHONY: help setup run test lint docs bench bench-search bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -58,6 +58,15 @@ bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, 
 
 bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
 	$(PY) -m tests.benchmarks.bench_scale $(ARGS)
+
+faults: $(VENV)/.ready-dev  ## the fault table: links cut, publishers and routers restarted, clocks stepped; lost = reported; 6 min
+	$(PY) -m tests.scenarios.faults $(ARGS)
+
+fuzz: $(VENV)/.ready-dev  ## a million hostile payloads through the daemon's intake; ARGS="20000" for less
+	$(PY) -m tests.scenarios.fuzz $(ARGS)
+
+audit-zoo: $(VENV)/.ready-dev  ## mistakes of sign, unit and scale: caught, missed, and false refusals of healthy machines
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.audit_zoo $(ARGS)
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PYTEST) tests/paper -m "slow or not slow"

@@ -16,7 +16,7 @@ from monitor.estimate import Estimate
 from monitor.starvation import Starvation
 from monitor.store_records import AlarmRecord, AxisRecord
 from monitor.stream_clock import StreamClock
-from monitor.windows import Assembler, Outcome, Samples, Window, WindowRule
+from monitor.windows import Assembler, GapKind, Outcome, Samples, Window, WindowRule
 from plant.axis import Axis
 from plant.wire import Block
 
@@ -117,6 +117,8 @@ class AxisRun:
         self.outcome.gaps += out.gaps
         self.outcome.windows += out.windows
         self.gaps.update(gap.kind.value for gap in out.gaps)
+        if out.splinters:
+            self.gaps[GapKind.PAUSE.value] += out.splinters
         self.starvation.note(out)
         for reason in ("duplicates", "late", "old_epoch"):
             self.reject(reason, getattr(out, reason))

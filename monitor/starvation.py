@@ -37,6 +37,8 @@ class Starvation:
         """Take what the assembler settled."""
         self.taken += sum(len(part) for part in out.accepted)
         self.breaks.update(gap.kind for gap in out.gaps)
+        if out.splinters:
+            self.breaks[GapKind.PAUSE] += out.splinters
         self.outdated = 0 if out.accepted else self.outdated + out.old_epoch
         if out.windows:
             self.taken = 0

@@ -20,6 +20,7 @@ from plant.recording import Floats
 
 Stamps = NDArray[np.int64]
 JUMP = 1.5  # sample times between two stamps that end a segment
+SPLINTER = 4  # samples: pauses after fewer are only counted, else a wrong dt_ns would fill the history
 KEPT_GAPS = 256  # latest gaps of an epoch, to tell what comes late from what comes twice
 
 
@@ -160,7 +161,8 @@ class StreamState:
 class Outcome:
     """What one call decided; the caller stores and counts it.
 
-    `duplicates`, `late` (of a gap already declared) and `old_epoch` count samples that were not taken.
+    `duplicates`, `late` (of a gap already declared) and `old_epoch` count samples that were not taken; `splinters` are
+    pauses after fewer than `SPLINTER` samples.
     """
 
     accepted: list[Samples] = field(default_factory=list)
@@ -169,6 +171,7 @@ class Outcome:
     duplicates: int = 0
     late: int = 0
     old_epoch: int = 0
+    splinters: int = 0
 
 
 class Assembler:
@@ -208,12 +211,10 @@ class Assembler:
             else:
                 out.duplicates += len(block)
         self._take_ready(out)
-        while len(self._held) > self.rule.held_blocks or self._waiting_samples() > self.rule.held_samples:
+        most = self.rule
+        while len(self._held) > most.held_blocks or sum(len(one) for one, _ in self._held.values()) > most.held_samples:
             self._give_up_waiting(out)
         return out
-
-    def _waiting_samples(self) -> int:
-        return sum(len(block) for block, _ in self._held.values())
 
     def settle(self, now: float) -> Outcome:
         """Declare the gaps that were waited for long enough."""
@@ -267,15 +268,16 @@ class Assembler:
         steps = np.diff(stamps)
         nominal = self.rule.sample_time_ns or (int(np.median(np.diff(block.t_ns))) if len(block) > 1 else 0)
         broken = (steps <= 0) | (steps > JUMP * nominal) if nominal > 0 else steps <= 0
-        offset = len(block) - len(steps)
-        first = block.seq
+        offset, first = len(block) - len(steps), block.seq
+        out.accepted.append(block)
         for cut in (np.flatnonzero(broken) + offset + block.seq).tolist():
             if cut > first:
                 self._extend(block.cut(first, cut), out)
-            if cut > self.state.segment_seq:  # else a segment begins here anyway, with its gap already told
-                at = cut - block.seq
-                before = int(stamps[at - offset])
-                out.gaps.append(Gap(GapKind.PAUSE, block.epoch, cut, cut, before, int(block.t_ns[at])))
+            if (length := cut - self.state.segment_seq) >= SPLINTER:
+                before, after = int(stamps[cut - block.seq - offset]), int(block.t_ns[cut - block.seq])
+                out.gaps.append(Gap(GapKind.PAUSE, block.epoch, cut, cut, before, after))
+            elif length:  # else a segment begins here anyway, with its gap already told
+                out.splinters += 1
             self._move(segment_seq=cut, starts=())
             first = cut
         self._extend(block.cut(first, block.end), out)
@@ -284,7 +286,6 @@ class Assembler:
         """Append an unbroken run to the segment; note the windows it begins and completes."""
         rule, segment = self.rule, self.state.segment_seq
         hop = rule.hop * self.stretch
-        out.accepted.append(run)
         begun = run.seq + (segment - run.seq) % hop  # first number of the hop grid at or after run.seq
         starts = [*self.state.starts, *((seq, int(run.t_ns[seq - run.seq])) for seq in range(begun, run.end, hop))]
         while starts and starts[0][0] + rule.samples <= run.end:
