@@ -147,6 +147,8 @@ class RecordingEntry:
         loop: "open" or "closed".
         hold: what a torque sample means.
         note: free text; `commissioning` and `today` mark a before/after pair.
+        dbc: says what the frames of a CAN log mean; `columns` then names `Message.Signal`.
+        bridge: bridge file that does, instead.
     """
 
     file: Path
@@ -157,6 +159,8 @@ class RecordingEntry:
     loop: str = "open"
     hold: TorqueHold = TorqueHold.HOLD
     note: str = ""
+    dbc: Path | None = None
+    bridge: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,8 +119,12 @@ def _entry(entry: object, path: Path, number: int) -> RecordingEntry:
     columns = dict(table.get("columns", {}))
     if "torque" in columns and "force" in columns:
         raise AxisFileError(f"{where}: columns names both torque and force; keep the one to use")
+    if "dbc" in table and "bridge" in table:
+        raise AxisFileError(f"{where}: names both dbc and bridge; keep the one that says what the frames mean")
     return RecordingEntry(
         file=(path.parent / table["file"]).resolve(),
+        dbc=(path.parent / table["dbc"]).resolve() if "dbc" in table else None,
+        bridge=(path.parent / table["bridge"]).resolve() if "bridge" in table else None,
         columns=columns,
         scale={key: float(value) for key, value in table.get("scale", {}).items()},
         select=dict(table.get("select", {})),
@@ -186,6 +190,8 @@ def axis_text(axis: Axis, folder: Path) -> str:
 def _entry_lines(entry: RecordingEntry, folder: Path) -> list[str]:
     return _lines(
         ("file", os.path.relpath(entry.file, folder), "relative to this file"),
+        ("dbc", None if entry.dbc is None else os.path.relpath(entry.dbc, folder), "what the frames of a log mean"),
+        ("bridge", None if entry.bridge is None else os.path.relpath(entry.bridge, folder), "what the frames mean"),
         ("columns", dict(entry.columns) or None, "our name = the file's column"),
         ("scale", dict(entry.scale) or None, "file unit -> SI"),
         ("select", dict(entry.select) or None, "rows of a file that holds many runs"),

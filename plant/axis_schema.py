@@ -103,6 +103,8 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
         "scale": _SCALE,
         "select": _SELECT,
         "sample_time": number("s", above=0),
+        "dbc": Key(lambda v: isinstance(v, str) and bool(v), "a path in quotes"),
+        "bridge": Key(lambda v: isinstance(v, str) and bool(v), "a path in quotes"),
         "loop": word("open", "closed"),
         "torque": word(),
         "note": word(),

@@ -34,7 +34,14 @@ def usable_stamps(recording: Recording, start_ns: int) -> tuple[Stamps, np.ndarr
 
 
 def recording_blocks(
-    recordings: Sequence[Recording], axis_name: str, *, epoch: int, start_ns: int, samples: int = 100, repeat: int = 1
+    recordings: Sequence[Recording],
+    axis_name: str,
+    *,
+    epoch: int,
+    start_ns: int,
+    samples: int = 100,
+    repeat: int = 1,
+    original: bool = False,
 ) -> Iterator[Block]:
     """Yield the blocks of `recordings`, one after another with a pause between, `repeat` times over.
 
@@ -47,10 +54,13 @@ def recording_blocks(
         start_ns: Unix time of the first sample. [ns]
         samples: per block.
         repeat: how often the whole is sent.
+        original: every recording begins when it was made, where it says so.
     """
     seq = 0
     for _ in range(repeat):
         for recording in recordings:
+            if original and recording.begin_ns is not None:
+                start_ns = recording.begin_ns
             stamps, keep = usable_stamps(recording, start_ns)
             channels = {name: _sendable(getattr(recording, name)[keep]) for name in recording.channels() if name != "t"}
             for first in range(0, len(stamps), samples):

@@ -19,6 +19,7 @@ from plant.recording import Floats
 from plant.wire import CHANNELS, Stamps
 
 Indices = NDArray[np.int64]
+BACKWARDS = 10**9  # ns; a stamp that is so much earlier comes from a clock that was set back
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,8 @@ class AxisAssembly:
         self._early: list[Piece] = []
         self._raw: list[dict[str, tuple[Signal, NDArray[np.int64] | Floats]]] = []
         self._waiting = batch([])  # by arrival: frames of the sample that is not complete yet
-        self._arrived = -1
+        self._arrived = -(2**62)
+        self._segment = 0
         self._number = 0
 
     # --- status -------------------------------------------------------------------------------------------------
@@ -272,10 +274,11 @@ class AxisAssembly:
         return self.take(frames, Marks.of(at.tolist(), ticks)) if ticks else []
 
     def _arrival_tick(self, t_ns: int) -> Tick:
-        """Stamps of the stream rise: one that does not is a nanosecond after the one before, in a new segment."""
-        segment = self._last[2] if self._last is not None else 0
-        if t_ns <= self._arrived:
+        """Stamps rise: one that does not is a nanosecond after the one before, but for a clock that was set back."""
+        if t_ns <= self._arrived - BACKWARDS:
+            self._segment += 1
+        elif t_ns <= self._arrived:
             t_ns = self._arrived + 1
         self._arrived = t_ns
         self._number += 1
-        return Tick(self._number, t_ns, segment)
+        return Tick(self._number, t_ns, self._segment)

@@ -31,6 +31,8 @@ class Recording:
         loop: "open" or "closed".
         note: free text of the axis file.
         source: where it came from, for messages.
+        begin_ns: Unix time of `t` = 0, None where the file does not say. [ns]
+        remarks: what was odd about the file, for people.
 
     Raises:
         RecordingError: arrays of different lengths, or empty.
@@ -47,6 +49,8 @@ class Recording:
     loop: str = "open"
     note: str = ""
     source: str = ""
+    begin_ns: int | None = None
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that all channels are one-dimensional and of one length."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -10,9 +11,11 @@ import numpy as np
 
 from plant.axis import Axis, RecordingEntry
 from plant.errors import RecordingError
+from plant.record_files import begin_of
 from plant.recording import Floats, Recording
 from plant.table_files import read_table, write_table
 
+CAN_LOGS = (".blf", ".asc", ".log")
 _REQUIRED = ("t", "position")
 _OPTIONAL = ("velocity", "temperature", "load")
 
@@ -20,8 +23,8 @@ _OPTIONAL = ("velocity", "temperature", "load")
 def read_recording(path: str | Path, axis: Axis) -> Recording:
     """Read the recording at `path` as the axis file describes it.
 
-    A file that the axis file does not list has the standard column names and [stream]'s words; of several entries on
-    one file the first counts.
+    A file that the axis file does not list has the standard column names and [stream]'s words; a CAN log is read as
+    the first one listed. Of several entries on one file the first counts.
 
     Raises:
         RecordingError: unreadable: no file, missing column, text in a number, no row selected, empty.
@@ -30,6 +33,10 @@ def read_recording(path: str | Path, axis: Axis) -> Recording:
     resolved = path.resolve()
     listed = next((entry for entry in axis.recordings if entry.file == resolved), None)
     unlisted = RecordingEntry(file=path, sample_time=axis.stream.sample_time, hold=axis.stream.hold)
+    if listed is None and is_can_log(path):
+        described = next((entry for entry in axis.recordings if entry.dbc or entry.bridge), None)
+        if described is not None:
+            unlisted = dataclasses.replace(described, file=path, note="")
     return read_recording_entry(listed or unlisted, axis)
 
 
@@ -39,7 +46,15 @@ def read_recording_entry(entry: RecordingEntry, axis: Axis) -> Recording:
     Raises:
         RecordingError: as `read_recording`.
     """
-    columns = read_table(entry.file, _chooser(entry), entry.select)
+    begin_ns: int | None = None
+    remarks: tuple[str, ...] = ()
+    if is_can_log(entry.file):
+        from plant.log_files_can import read_can_log
+
+        columns, begin_ns, remarks = read_can_log(entry, axis)
+    else:
+        columns = read_table(entry.file, _chooser(entry), entry.select)
+        begin_ns = begin_of(entry.file)
     drive = "torque" if "torque" in columns else "force"
     for name in ("torque", "force"):
         if name in entry.scale and name != drive:
@@ -58,7 +73,14 @@ def read_recording_entry(entry: RecordingEntry, axis: Axis) -> Recording:
         loop=entry.loop,
         note=entry.note,
         source=_source(entry),
+        begin_ns=begin_ns,
+        remarks=tuple(f"{entry.file.name}: {remark}" for remark in remarks),
     )
+
+
+def is_can_log(path: Path) -> bool:
+    """True for CAN logs, by their names."""
+    return path.name.lower().endswith(CAN_LOGS)
 
 
 def _source(entry: RecordingEntry) -> str:

@@ -14,7 +14,7 @@ from plant import keys
 from plant.acknowledgement import Acknowledgements
 from plant.axis import Axis
 from plant.blocks import count_samples, recording_blocks
-from plant.errors import ParameterError, ReachError
+from plant.errors import InputError, ParameterError, ReachError
 from plant.publisher import CACHE_BLOCKS, SamplePublisher
 from plant.recording import Recording
 from plant.wire import CBOR, Block
@@ -34,6 +34,7 @@ class ReplaySettings:
         patience: how long to wait for the next once there was one: a daemon may be restarting, a recording can wait.
             [s] > 0
         start_ns: Unix time of the first sample; None means now. [ns]
+        original: every recording begins when it was made; all must say when.
         encoding: of the payload.
         prefix: of the keys.
     """
@@ -45,6 +46,7 @@ class ReplaySettings:
     stall: float = 15.0
     patience: float = 60.0
     start_ns: int | None = None
+    original: bool = False
     encoding: str = CBOR
     prefix: str = keys.PREFIX
 
@@ -58,6 +60,7 @@ class ReplaySettings:
             ("stall", "> 0 s", self.stall > 0),
             ("patience", "> 0 s", self.patience > 0),
             ("start_ns", ">= 0 ns, Unix time", self.start_ns is None or self.start_ns >= 0),
+            ("repeat", "1 with the original time", self.repeat == 1 or not self.original),
         ):
             if not good:
                 raise ParameterError(name, getattr(self, name), allowed)
@@ -146,6 +149,8 @@ def replay_tracks(
         ReachError: at speed 0, when nobody acknowledges within `settings.stall`.
     """
     settings = settings or ReplaySettings()
+    if settings.original:
+        tracks = [_in_order(track) for track in tracks]
     with contextlib.ExitStack() as stack:
         start_ns = time.time_ns() if settings.start_ns is None else settings.start_ns
         lanes = [_Lane(track, session, site, settings, start_ns, stack) for track in tracks]
@@ -153,6 +158,18 @@ def replay_tracks(
         player.play()
         player.wait_for_the_last()
         return [lane.result(player.seconds) for lane in lanes]
+
+
+def _in_order(track: Track) -> Track:
+    """The recordings of a track as they were made.
+
+    Raises:
+        InputError: one does not say when.
+    """
+    unknown = next((one.source for one in track.recordings if one.begin_ns is None), None)
+    if unknown is not None:
+        raise InputError(f"{unknown}: does not say when it was made; give the time of the first sample instead")
+    return Track(track.axis_name, tuple(sorted(track.recordings, key=lambda one: one.begin_ns or 0)))
 
 
 class _Lane:
@@ -183,6 +200,7 @@ class _Lane:
             start_ns=start_ns,
             samples=settings.block,
             repeat=settings.repeat,
+            original=settings.original,
         )
         self.sent = self.sent_blocks = self.sent_bytes = 0
         self.unheard = -1  # the acknowledgement after which none came for long

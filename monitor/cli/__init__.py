@@ -16,6 +16,7 @@ from monitor.cli.diagnose import diagnose_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_app, history_show_command
 from monitor.cli.identify import identify_command
+from monitor.cli.record import record_command
 from monitor.cli.replay import replay_command
 from monitor.cli.run import run_command
 from monitor.cli.simulate import simulate_command
@@ -27,6 +28,7 @@ app.command("simulate")(simulate_command)
 app.command("identify")(identify_command)
 app.command("diagnose")(diagnose_command)
 app.command("replay")(replay_command)
+app.command("record")(record_command)
 app.command("bridge")(bridge_command)
 history_app.command("show")(history_show_command)
 app.add_typer(history_app)

@@ -17,16 +17,19 @@ from plant.errors import InputError, ReachError
 if TYPE_CHECKING:
     from plant.axis import Axis
     from plant.recording import Recording
-    from plant.replay import ReplayResult
+    from plant.replay import ReplayResult, Track
 
 ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
 
 
 def replay_command(
-    axis: Annotated[Path, typer.Option(help="The axis file (TOML).")],
+    axis: Annotated[list[Path], typer.Option(help="The axis file (TOML); repeated, all axes are played at once.")],
     recordings: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="RECORDING...", help="Played one after another; default: the first one listed."),
+        list[str] | None,
+        typer.Argument(
+            metavar="RECORDING...",
+            help="Played one after another; default: the first one listed. With several axes: AXIS=RECORDING.",
+        ),
     ] = None,
     speed: Annotated[str, typer.Option(help="Times real time; 0 or max: as fast as the daemon acknowledges.")] = "1",
     repeat: Annotated[int, typer.Option(help="How often the whole is played.")] = 1,
@@ -38,21 +41,31 @@ def replay_command(
     prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
     start: Annotated[
         str | None,
-        typer.Option(help="Time of the first sample (ISO 8601, UTC unless it says). Default: now.", show_default=False),
+        typer.Option(
+            help="Time of the first sample (ISO 8601, UTC unless it says), or original: when it was recorded. "
+            "Default: now.",
+            show_default=False,
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Replay recordings into the daemon, raw samples with their own spacing, and wait until it has committed them."""
-    from plant.axis_file import read_axis
-    from plant.replay import ReplaySettings, replay
+    from plant.replay import ReplaySettings, replay_tracks
     from plant.zenoh_session import open_session
 
-    described = read_axis(axis)
-    data = _read(recordings or [], described, axis)
-    settings = ReplaySettings(speed=_speed(speed), repeat=repeat, start_ns=_start(start), prefix=prefix)
+    tracks = _tracks(axis, recordings or [])
+    original = start == "original"
+    start_ns = None if original else _start(start)
+    settings = ReplaySettings(speed=_speed(speed), repeat=repeat, start_ns=start_ns, original=original, prefix=prefix)
     with open_session("client", connect=tuple(connect or [ENDPOINT])) as session, _progress() as tell:
-        result = replay(data, described, session, site, settings, tell)
-    _show(result, as_json)
+        results = replay_tracks(tracks, session, site, settings, tell)
+    _show(results, as_json)
+    for result in results:
+        _check(result, site)
+
+
+def _check(result: ReplayResult, site: str) -> None:
+    """Complain about what the daemon has not committed."""
     if result.missing:
         raise ReachError(
             f"the daemon reports {result.missing} samples of {result.axis} as missing: it was away for longer than the "
@@ -63,6 +76,36 @@ def replay_command(
             f"the daemon has committed {result.committed_seq + 1} of {result.samples} samples of {result.axis}: "
             f"is it running, is the axis listed under [[axis]] in its configuration, and is its site {site!r}?"
         )
+
+
+def _tracks(axis_files: list[Path], recordings: list[str]) -> list[Track]:
+    """What to play on which axis."""
+    from monitor.cli.output import note
+    from plant.axis_file import read_axis
+    from plant.replay import Track
+
+    axes = [read_axis(path) for path in axis_files]
+    names = [axis.name for axis in axes]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"axis {twice!r} is given twice; a stream has one publisher")
+    chosen: dict[str, list[Path]] = {name: [] for name in names}
+    for word in recordings:
+        name, _, path = word.partition("=")
+        if len(names) == 1 and name not in names:
+            name, path = names[0], word
+        if not path or name not in names:
+            raise InputError(
+                f"{word!r} does not say of which axis: write AXIS=RECORDING, with one of {', '.join(names)}"
+            )
+        chosen[name].append(Path(path))
+    tracks = []
+    for axis, axis_file in zip(axes, axis_files, strict=True):
+        data = _read(chosen[axis.name], axis, axis_file)
+        for remark in dict.fromkeys(remark for one in data for remark in one.remarks):
+            note(remark)
+        tracks.append(Track(axis.name, tuple(data)))
+    return tracks
 
 
 def _read(paths: list[Path], axis: Axis, axis_path: Path) -> list[Recording]:
@@ -118,13 +161,20 @@ def _progress() -> Iterator[Callable[[int, int, int], None]]:
         yield tell
 
 
-def _show(result: ReplayResult, as_json: bool) -> None:
-    """Print what was sent and what has become of it."""
+def _show(results: list[ReplayResult], as_json: bool) -> None:
+    """Print what was sent and what has become of it; several axes as a list under `axes`."""
     if as_json:
         from monitor.cli.output import emit_json
 
-        emit_json(dataclasses.asdict(result) | {"acknowledged": result.acknowledged})
+        found = [dataclasses.asdict(result) | {"acknowledged": result.acknowledged} for result in results]
+        emit_json(found[0] if len(found) == 1 else {"axes": found})
         return
+    for result in results:
+        _show_one(result)
+
+
+def _show_one(result: ReplayResult) -> None:
+    """One line about one axis."""
     from monitor.cli.output import screen
 
     rate = result.samples / result.seconds if result.seconds else 0.0
