@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after
+.PHONY: help setup run test lint docs bench bench-search bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after cannot-see
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -85,8 +85,12 @@ excitations: $(VENV)/.ready-dev  ## which motion tells which parameter: Table 1 
 run-length: $(VENV)/.ready-dev  ## output error over runs of many lengths against the observer
 	$(PY) -m tests.identify.studies.run_length $(ARGS)
 
-real-machines: $(VENV)/.ready-dev  ## estimates of real machines; wants the recordings of TRIBOWATCH_DATA
-	$(PY) -m tests.identify.studies.real_machines $(ARGS)
+real-machines: $(VENV)/.ready-dev  ## estimates and diagnoses of real machines; wants the recordings of TRIBOWATCH_DATA
+	$(PY) -m tests.identify.studies.real_machines
+	$(PY) -m tests.identify.studies.real_diagnoses $(ARGS)
+
+cannot-see: $(VENV)/.ready-dev  ## what a recording can show, by excitation: docs/what-it-cannot-see.md
+	$(PY) -m tests.identify.studies.cannot_see $(ARGS)
 
 blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind --rivals $(ARGS)

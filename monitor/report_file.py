@@ -29,14 +29,6 @@ HEADLINES = {
     "unexplained": "Something is left that no effect of the catalogue explains",
     "insufficient_data": "These recordings cannot tell",
 }
-LIMITS = (
-    "A constant force and dry friction that differs with the direction are the same while the axis slides.",
-    "A wrong torque constant and a wrong mass are the same unless gravity or a payload tells them apart.",
-    "A lag and a dead time are the same to first order; only rich, fast motion separates them.",
-    "Backlash and a soft transmission hardly show with the sensor at the load and slow motion.",
-    "It looks for one effect of each name: two places on the rail are one name with a rest.",
-    "Intervals (95 %) are conditional on the named model; they do not cover a wrong name.",
-)
 
 
 def write_report(path: Path, found: Diagnosis, axis: Axis, recordings: Sequence[Recording]) -> None:
@@ -336,6 +328,8 @@ def _changed(change: Change) -> str:
 
 def _limits(body: _Body, found: Diagnosis) -> None:
     """What the reader must not conclude."""
+    from identify.mismatch.words import LIMITS
+
     body.section("Limits")
     body.items(LIMITS)
     if found.preprocessing:

@@ -16,7 +16,7 @@ from identify.mismatch.select import TIED_BIC, TIED_Z, Step
 Floats = NDArray[np.float64]
 
 EXACT_TWINS = {"force_offset", "coulomb_asymmetry"}
-MOST_RIVALS = 3  # sets that an experiment is made for; more are rare and cost a fit each
+MOST_RIVALS = 5  # sets that an experiment is made for; more are rare, and may cost a fit each
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

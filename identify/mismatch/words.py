@@ -29,6 +29,16 @@ PLAIN = {
     "step_change": "dry friction that changed at one moment",
 }
 
+LIMITS = (  # what no recording of this kind can tell; on the page of a report and in docs/what-it-cannot-see.md
+    "A constant force and dry friction that differs with the direction are the same while the axis slides.",
+    "A wrong torque constant and a wrong mass are the same unless gravity or a payload tells them apart.",
+    "A lag and a dead time are the same to first order; only rich, fast motion separates them.",
+    "Backlash and a soft transmission hardly show with the sensor at the load and slow motion.",
+    "Friction that bends with speed (square, root) is mostly swallowed by the Stribeck law unless speeds span decades.",
+    "It looks for one effect of each name: two places on the rail are one name with a rest.",
+    "Intervals (95 %) are conditional on the named model; they do not cover a wrong name.",
+)
+
 
 def explained(effects: tuple[FoundEffect, ...], alternatives: tuple[tuple[str, ...], ...], gain: float) -> str:
     """The finding in a sentence or two; `gain` is what is left of the held-out criterion. [1]."""

@@ -1,5 +1,7 @@
 """The next experiment: simulated for each rival, within limits, and it settles what it says it settles."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from identify.mismatch.motions import Running, again, changes_of
 from identify.mismatch.result import Verdict
 from identify.mismatch.rivals import Rival
 from identify.mismatch.separation import Model, Motion, apart_by, simulated
+from identify.mismatch.words import LIMITS
 from plant.axis_file import read_axis
 from plant.recording_files import read_recording_entry
 from tests.identify.studies.next_experiment import cases, perform, with_recording
@@ -88,3 +91,8 @@ def test_an_experiment_that_does_not_suffice_says_so():
     assert in_words(hopeless).startswith("none of the small changes")
     assert settling([hopeless, weak]) is weak
     assert settling([]) is None
+
+
+def test_the_limits_of_the_report_stand_on_the_page_of_limits():
+    page = (Path(__file__).parents[2] / "docs" / "what-it-cannot-see.md").read_text(encoding="utf-8")
+    assert all(f"- {line}\n" in page for line in LIMITS)
