@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy import URL, Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError, SQLAlchemyError
 
@@ -26,7 +26,7 @@ def make_engine(url: str, *, read_only: bool = False, synchronous: str = "NORMAL
     try:
         parsed = make_url(url)
         if parsed.get_backend_name() != "sqlite":
-            return create_engine(url, pool_pre_ping=True)
+            return _server_engine(parsed, read_only)
     except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as error:
         raise DatabaseError(f"database URL {url!r} cannot be used: {error}") from None
     path = Path(parsed.database or "")
@@ -37,6 +37,14 @@ def make_engine(url: str, *, read_only: bool = False, synchronous: str = "NORMAL
     engine = create_engine(url, connect_args={"timeout": BUSY_MS / 1000, "check_same_thread": False})
     _prepare_sqlite(engine, read_only, synchronous)
     return engine
+
+
+def _server_engine(url: URL, read_only: bool) -> Engine:
+    """PostgreSQL: what a reader asks in one go is one snapshot, and it cannot write."""
+    if url.drivername == "postgresql":
+        url = url.set(drivername="postgresql+psycopg")
+    options: dict[str, Any] = {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True} if read_only else {}
+    return create_engine(url, pool_pre_ping=True, execution_options=options)
 
 
 def _prepare_sqlite(engine: Engine, read_only: bool, synchronous: str) -> None:
@@ -68,7 +76,7 @@ def explain(error: Exception, url: str) -> str:
     where = make_url(url).render_as_string(hide_password=True)
     if where.startswith("sqlite"):
         where = make_url(url).database or where
-    text = str(getattr(error, "orig", None) or error).splitlines()[0]
+    text = (str(getattr(error, "orig", None) or error).splitlines() or [type(error).__name__])[0]
     known = {
         "file is not a database": "this file is not a database; move it away or set state_dir to another folder",
         "malformed": "the database is damaged; stop the daemon and restore a back-up, or move the file away",
@@ -76,6 +84,11 @@ def explain(error: Exception, url: str) -> str:
         "readonly database": "may only be read; make file and folder writable for this user",
         "disk is full": "the disk is full; make room, the daemon goes on by itself",
         "database is locked": f"another program has kept it locked for {BUSY_MS / 1000:g} s; close that program",
+        "connection refused": "the database server does not answer; is it running, and is the URL right?",
+        "is the server running": "the database server does not answer; is it running, and is the URL right?",
+        "terminating connection": "the database server was stopped; start it, the daemon goes on by itself",
+        "server closed the connection": "the database server went away; start it, the daemon goes on by itself",
+        "password authentication failed": "the database server refuses this user or password",
         "disk i/o error": "the disk reports an error; check it, and whether the folder is still mounted",
     }
     for words, advice in known.items():

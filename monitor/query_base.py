@@ -27,8 +27,12 @@ class ReaderBase:
         """Open without changing anything."""
         self.url = url
         self._engine = make_engine(url, read_only=True)
-        with self._read() as db:
-            check_version(db, url, must_be_current=True)
+        try:
+            with self._read() as db:
+                check_version(db, url, must_be_current=True)
+        except BaseException:
+            self._engine.dispose()
+            raise
 
     def __enter__(self) -> Self:
         """Return the reader."""

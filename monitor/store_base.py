@@ -22,7 +22,11 @@ class StoreBase:
         """Open and migrate; every transition is put into the outbox for each of `receivers`."""
         self.url, self.receivers = url, receivers
         self._engine = make_engine(url, synchronous=synchronous)
-        migrate(self._engine, url)
+        try:
+            migrate(self._engine, url)
+        except BaseException:
+            self._engine.dispose()
+            raise
 
     def close(self) -> None:
         """Close every connection."""

@@ -69,8 +69,8 @@ class Site:
 
 
 @pytest.fixture
-def site(tmp_path):
-    one = Site(f"sqlite:///{tmp_path / 'history.db'}")
+def site(history_url):
+    one = Site(history_url)
     yield one
     one.store.close()
 
@@ -86,8 +86,8 @@ WAYS = {
 }
 
 
-def test_a_restart_finds_alarms_in_every_state_as_they_were(tmp_path):
-    site = Site(f"sqlite:///{tmp_path / 'history.db'}", axes=[state.value for state in WAYS])
+def test_a_restart_finds_alarms_in_every_state_as_they_were(history_url):
+    site = Site(history_url, axes=[state.value for state in WAYS])
     for state, steps in WAYS.items():
         site.observe(JAM, axis=state.value)
         for step in steps:

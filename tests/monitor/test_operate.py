@@ -26,8 +26,8 @@ def make_floor(store, axes=(AXIS,)):
 
 
 @pytest.fixture
-def url(tmp_path):
-    return f"sqlite:///{tmp_path / 'history.db'}"
+def url(history_url):
+    return history_url
 
 
 @pytest.fixture

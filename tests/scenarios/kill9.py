@@ -5,7 +5,6 @@
 
 import itertools
 import json
-import sqlite3
 import sys
 import tempfile
 import threading
@@ -13,7 +12,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+from sqlalchemy import text
 
+from monitor.database import make_engine
 from plant.presets import paper_axis
 from plant.publisher import SamplePublisher
 from tests.scenarios.harness import SITE, START_NS, STEP_NS, Ear, Plant, blocks_of, burst, wait_for
@@ -33,13 +34,15 @@ workers = 2
 RATE = 1000.0  # samples per second
 
 
-def run(folder: Path, kills: int, seed: int, cache_blocks: int = 40) -> dict:
+def run(folder: Path, kills: int, seed: int, cache_blocks: int = 40, database: str = "") -> dict:
     """Kill `kills` times; return the account. A cache of 40 blocks holds 4 s, so longer outages leave gaps."""
     rng = np.random.default_rng(seed)
     stop, sent = threading.Event(), [0]
     torque, position = burst(paper_axis(), samples=2000)
     promises = []
-    with Plant(folder, settings=SETTINGS) as plant:
+    settings = SETTINGS.replace("[history]", f'[history]\ndatabase = "{database}"') if database else SETTINGS
+    with Plant(folder, settings=settings) as plant:
+        plant.url = database or plant.url
         plant.start()
         with (
             plant.session() as session,
@@ -81,17 +84,18 @@ def _publish(publisher, torque, position, stop, sent):
         number += 1
 
 
-def _query(plant, sql, *values):
-    connection = sqlite3.connect(plant.folder / "var" / "tribowatch.db")
+def _query(plant, sql, **values):
+    engine = make_engine(plant.url)
     try:
-        return connection.execute(sql, values).fetchall()
+        with engine.connect() as connection:
+            return connection.execute(text(sql), values).fetchall()
     finally:
-        connection.close()
+        engine.dispose()
 
 
 def _received(plant, epoch):
     """Numbers of the samples in the journal; fails where one is there twice."""
-    rows = _query(plant, "select seq, n from block where epoch = ? order by seq", epoch)
+    rows = _query(plant, "select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
     parts = [np.arange(seq, seq + n) for seq, n in rows]
     numbers = np.concatenate(parts) if parts else np.zeros(0, dtype=int)
     assert len(np.unique(numbers)) == len(numbers), "a sample is in the journal twice"
@@ -107,12 +111,14 @@ def _promise(plant, epoch, acknowledged):
 def account(plant, epoch, sent, promises):
     """Compare journal, gaps and windows with what was sent and acknowledged."""
     numbers = _received(plant, epoch)
-    gaps = _query(plant, "select from_seq, to_seq, missing from gap where epoch = ? and missing > 0", epoch)
+    gaps = _query(plant, "select from_seq, to_seq, missing from gap where epoch = :epoch and missing > 0", epoch=epoch)
     missing = np.concatenate([np.arange(first, end) for first, end, _ in gaps]) if gaps else np.zeros(0, dtype=int)
     lost = sum(len(np.setdiff1d(promised, numbers)) for _, promised in promises)
     broken = sum(int(np.isin(missing, promised).sum()) for _, promised in promises)
     expected = _expected_windows(plant, epoch, numbers)
-    windows = [tuple(row) for row in _query(plant, "select first_seq, samples from window where epoch = ?", epoch)]
+    windows = [
+        tuple(row) for row in _query(plant, 'select first_seq, samples from "window" where epoch = :epoch', epoch=epoch)
+    ]
     answers = _query(plant, "select count(*), count(distinct window_id) from estimate")[0]
     return {
         "sent": sent,
@@ -126,13 +132,13 @@ def account(plant, epoch, sent, promises):
         "windows_wrong": len(set(windows) ^ {(first, SAMPLES) for first in expected}),
         "answers": answers[0],
         "answers_missing": len(windows) - answers[1],
-        "integrity": _query(plant, "pragma integrity_check")[0][0],
+        "integrity": "ok" if "postgresql" in plant.url else _query(plant, "pragma integrity_check")[0][0],
     }
 
 
 def _expected_windows(plant, epoch, numbers):
     """First samples of the windows that the received samples make, from the journal alone."""
-    rows = _query(plant, "select seq, t_ns from block where epoch = ? order by seq", epoch)
+    rows = _query(plant, "select seq, t_ns from block where epoch = :epoch order by seq", epoch=epoch)
     stamps = np.concatenate([np.frombuffer(t_ns, "<i8") for _, t_ns in rows])
     broken = (np.diff(numbers) != 1) | (np.diff(stamps) > 1.5 * STEP_NS)
     edges = np.concatenate(([0], np.flatnonzero(broken) + 1, [len(numbers)]))

@@ -19,6 +19,11 @@ def test_kill_9_loses_nothing_acknowledged_and_doubles_nothing(tmp_path):
 
 
 @pytest.mark.slow
+def test_kill_9_on_postgresql(tmp_path, postgres):
+    check(run(tmp_path, kills=2, seed=4, database=postgres.database()))
+
+
+@pytest.mark.slow
 def test_kill_9_at_twenty_random_moments(tmp_path):
     report = run(tmp_path, kills=20, seed=20)
     print(json.dumps(report, indent=1))
