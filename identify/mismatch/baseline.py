@@ -8,9 +8,10 @@ import itertools
 import numpy as np
 from scipy.ndimage import convolve1d
 
-from identify.mismatch.compare import Fit
+from identify.mismatch.compare import Fit, fit
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import ExtendedProblem
+from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
 from identify.search import observer_search
@@ -45,7 +46,7 @@ def read_torque(evidence: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
     """
     best, chosen, word = fit_baseline(evidence.train, axis, seed), evidence, None
     if not doubtful or evidence.train.linear:
-        return chosen, best
+        return _without_outliers(chosen, best)
     needed = best.found.criterion - LIKELIER
     for name, weights in READINGS.items():
         other = dataclasses.replace(
@@ -59,7 +60,26 @@ def read_torque(evidence: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
             best, chosen, word = fitted, other, name
     if word is not None:
         chosen = dataclasses.replace(chosen, removed=(*chosen.removed, f"torque read as {word}: likelier than held"))
-    return chosen, best
+    return _without_outliers(chosen, best)
+
+
+def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:
+    """Evidence and baseline without the positions that only the fitted model can tell to be wrong (stale rows)."""
+    problem, x = best.problem, best.x
+    bad = late_outliers(problem, x, best.found.gain)
+    unseen = problem.on(evidence.held_out)
+    start = np.concatenate([x[: problem.p], np.zeros(unseen.size - problem.p)])
+    bad_unseen = late_outliers(unseen, start, best.found.gain)
+    if bad_unseen.any():
+        evidence = dataclasses.replace(evidence, held_out=without(evidence.held_out, bad_unseen))
+    if bad.any():
+        evidence = dataclasses.replace(evidence, train=without(evidence.train, bad))
+        best = fit(problem.on(evidence.train, problem.first_state), x[None])
+    count = int(np.count_nonzero(bad) + np.count_nonzero(bad_unseen))
+    if not count:
+        return evidence, best
+    note = f"position outliers against the fitted model not used: {count}"
+    return dataclasses.replace(evidence, removed=(*evidence.removed, note)), best
 
 
 def _reread(samples: Samples, weights: tuple[float, ...]) -> Samples:

@@ -21,7 +21,7 @@ from identify.mismatch.data import join
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import reported, spread_of
 from identify.mismatch.result import Change
-from identify.mismatch.select import BIC, Z_STRONG
+from identify.mismatch.rules import BIC, Z_STRONG
 from identify.polish import polish_all
 from identify.preprocess import Samples
 

@@ -6,11 +6,13 @@ Thresholds were set in a feasibility study on other machines, and are frozen.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import short_run_criterion, short_run_squares
+from identify.criterion import restarted, short_run_criterion, short_run_squares
+from identify.judge import median_speed
 from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
 from identify.preprocess import Samples
@@ -20,10 +22,12 @@ Floats = NDArray[np.float64]
 
 SEED = 0  # of the polish's kicks
 WORST = 0.2  # share of the free runs that count no more than the least of them
+MOVES = 0.02  # of the travel within a second: less is a rest
 BLOCKS = 20  # pieces of the recording whose evidence must agree
+FAVOURABLE = 2  # of them that an effect must be able to do without
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted model.
 
@@ -45,7 +49,7 @@ class Fit:
         """Its effects."""
         return tuple(guise.name for guise in self.problem.guises)
 
-    @property
+    @cached_property
     def latent_force(self) -> float:
         """Force the observer supplies where the model has none: rho sigma m_e. [N]."""
         error = self.problem.errors(self.x[None], self.found.gain)[:, 0]
@@ -58,6 +62,14 @@ class Fit:
         error = self.problem.errors(self.x[None], self.found.gain)[:, 0]
         variance = float(np.mean(error**2)) + 1e-300
         return np.asarray(-0.5 * (error**2 / variance + np.log(variance)), dtype=np.float64)
+
+    @cached_property
+    def dry_level(self) -> float:
+        """Dry friction at the usual speed; F_c alone says little where the Stribeck part stands in for it. [N]."""
+        problem = self.problem
+        usual, _ = median_speed(problem.samples)
+        coulomb, more, inverse = problem.law(self.x[None])[:3, 0]
+        return max(float(coulomb + more * np.exp(-usual * inverse)), 0.1 * problem.scales.force)
 
     def short_run(self) -> float:
         """Eq. (4) over one-second free runs. [1]."""
@@ -77,40 +89,61 @@ class Comparison:
     Attributes:
         bic: change of the Bayes information criterion; negative favours the richer one. [1]
         z: mean over standard error of the evidence per block. [1]
+        steady: change of the information criterion without the most favourable blocks. [1]
         free_run: ratio of eq. (4) over one-second free runs, richer over poorer. [1]
+        unseen: the same on data that neither has seen. [1]
     """
 
     bic: float
     z: float
+    steady: float
     free_run: float
+    unseen: float
 
 
-def compare(poorer: Fit, richer: Fit) -> Comparison:
-    """Weigh `richer` against `poorer` on the same samples."""
+def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
+    """Weigh `richer` against `poorer` on the same samples, and on `unseen` ones."""
     gained = richer.terms() - poorer.terms()
     extra = richer.problem.p - poorer.problem.p
-    bic = -2.0 * float(gained.sum()) + extra * float(np.log(richer.problem.samples.used))
-    return Comparison(bic, block_z(gained), free_run_ratio(poorer, richer))
+    price = extra * float(np.log(richer.problem.samples.used))
+    sums = block_sums(gained)
+    steady = price - 2.0 * float(np.sort(sums)[: BLOCKS - FAVOURABLE].sum())
+    runs = free_run_ratio(poorer, richer), free_run_ratio(poorer, richer, unseen)
+    return Comparison(price - 2.0 * float(sums.sum()), block_z(gained), steady, *runs)
 
 
 def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> float:
     """Squared errors of one-second free runs, richer over poorer; on `samples`, or on those of the fit. [1].
 
     A few runs that begin in a rest and break away too early or too late would decide a plain sum; each run counts at
-    most as much as one of the worst fifth.
+    most as much as one of the worst fifth of those in which the axis moves.
     """
     errors = [
         short_run_squares(one.problem if samples is None else one.problem.on(samples), one.x[: one.problem.p])
         for one in (poorer, richer)
     ]
-    most = float(np.quantile(np.concatenate(errors), 1.0 - WORST))
+    moving = _moving(poorer.problem.samples if samples is None else samples)
+    worse = np.maximum(*errors)[moving]
+    most = float(np.quantile(worse, 1.0 - WORST)) if len(worse) else np.inf
     before, after = (float(np.minimum(each, most).sum()) for each in errors)
     return after / max(before, 1e-300)
 
 
+def _moving(samples: Samples) -> NDArray[np.bool_]:
+    """Whether the axis moves in each one-second run. (runs,)"""
+    cut, _ = restarted(samples)
+    reach = np.maximum.reduceat(cut.position, cut.first) - np.minimum.reduceat(cut.position, cut.first)
+    return np.asarray(reach > MOVES * float(np.ptp(samples.position)))
+
+
+def block_sums(gained: Floats) -> Floats:
+    """Sums of `gained` (n,) over blocks of equal length. (BLOCKS,)"""
+    edges = np.linspace(0, len(gained), BLOCKS + 1).astype(np.int64)[:-1]
+    return np.asarray(np.add.reduceat(gained, edges), dtype=np.float64)
+
+
 def block_z(gained: Floats) -> float:
     """Mean over standard error of `gained` (n,) over blocks: evidence that comes from one place counts little."""
-    edges = np.linspace(0, len(gained), BLOCKS + 1).astype(np.int64)[:-1]
-    sums = np.add.reduceat(gained, edges)
+    sums = block_sums(gained)
     spread = float(sums.std(ddof=1) / np.sqrt(BLOCKS))
     return float(sums.mean()) / max(spread, 1e-12)

@@ -136,6 +136,10 @@ class ExtendedProblem(FrictionProblem):
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
         """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        return self.pushed(x, gain, None)
+
+    def pushed(self, x: Floats, gain: Floats, push: Floats | None) -> Floats:
+        """Errors with a force `push` (n, m) on top of the drive's, held over each sample [N]. (n, m) [m]"""
         m = len(x)
         blocks = self.blocks(x)
         count = len(blocks.b)
@@ -152,6 +156,9 @@ class ExtendedProblem(FrictionProblem):
         for i in range(count):
             lanes = slice(i * LANES, (i + 1) * LANES)
             first, last = self.columns(blocks.delay[fill[lanes]])
+            if push is not None:
+                more = push[:, fill[lanes]]
+                first, last = np.ascontiguousarray(first + more), np.ascontiguousarray(last + more)
             predict_machine(
                 blocks.b[i],
                 blocks.laws,

@@ -21,6 +21,11 @@ from plant.effects.effect import Effect
 Floats = NDArray[np.float64]
 
 
+MOST_PERIODS = 36.5  # of a ripple in one turn
+OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
+CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
+
+
 @dataclass(frozen=True, slots=True)
 class Setting:
     """What starting points depend on.
@@ -36,6 +41,7 @@ class Setting:
         spots: positions at which the odd residual force peaks, most telling first. [m]
         periods: wave lengths at which the residual force repeats, most telling first. [m]
         free_offset: True where a constant force is free in the baseline.
+        native_time: period before averaging; 0 where it is the sample time. [s]
     """
 
     axis: Axis
@@ -52,6 +58,17 @@ class Setting:
     spots: tuple[float, ...]
     periods: tuple[float, ...]
     free_offset: bool
+    native_time: float = 0.0
+
+    @property
+    def metre(self) -> float:
+        """1 m on a linear axis; as many rad on a rotary one as make its travel 0.4 m. [position unit]."""
+        return self.travel / 0.4 if self.axis.is_rotary else 1.0
+
+    @property
+    def spring(self) -> float:
+        """1 N/m on a linear axis; on a rotary one what is as stiff to its forces. [N·m/rad]."""
+        return self.force / 100.0 / self.metre if self.axis.is_rotary else 1.0
 
     @property
     def middle(self) -> float:
@@ -91,6 +108,8 @@ class Guise:
         fixed: parameters held at a value.
         wave: names of amplitude and phase of a periodic effect.
         stiff: True where fast states need the recordings' own rate.
+        turn: a period must go into it a whole number of times; None where it may be anything. [m]
+        least: of the first parameter: smaller is how well the recording's clock is known. [its unit]
     """
 
     effect: Effect
@@ -99,6 +118,8 @@ class Guise:
     fixed: tuple[tuple[str, float], ...] = ()
     wave: tuple[str, str] | None = None
     stiff: bool = False
+    turn: float | None = None
+    least: float = 0.0
 
     @property
     def name(self) -> str:
@@ -133,6 +154,18 @@ class Guise:
             if parameter.name not in given and isinstance(parameter.default, float):
                 given[parameter.name] = np.full(len(z), parameter.default)
         return np.stack([given[parameter.name] for parameter in self.effect.parameters])
+
+    def oddity(self, z: Floats) -> str | None:
+        """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""
+        first = float(self.unknowns[0].value(z[:1])[0])
+        if abs(first) < self.least:
+            return f"its size of {first:.2g} is below {self.least:.2g}: no recording's clock is that good"
+        if self.turn is None:
+            return None
+        times = self.turn / first
+        if not 0.5 < times < MOST_PERIODS or abs(times - round(times)) > OFF_PERIOD:
+            return f"its period of {first:.3g} goes into a turn {times:.2f} times"
+        return None
 
     def amplitude(self) -> int | None:
         """Index of the linear amplitude that is absent at zero; None where absence is a limit."""
@@ -199,13 +232,14 @@ def _position_friction(e: Effect, s: Setting) -> list[Guise]:
 
 
 def _defect(e: Effect, s: Setting) -> list[Guise]:
-    widest = min(0.2, 0.25 * s.travel)
+    metre = s.metre
+    widest = min(0.2 * metre, 0.25 * s.travel)
     unknowns = (
         Unknown("amplitude", 0.1 * s.force, -2 * s.force, 2 * s.force),
         Unknown("centre", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=50.0),
-        Unknown("width", 0.02, 0.002, 0.2, log=True, spread=1.5),
+        Unknown("width", 0.02 * metre, 0.002 * metre, 0.2 * metre, log=True, spread=1.5),
     )
-    widths = [w for w in (0.006, 0.02, 0.06) if w <= widest] or [0.006]
+    widths = [w * metre for w in (0.006, 0.02, 0.06) if w * metre <= widest] or [0.006 * metre]
     rows = [
         (0.05 * s.force, centre, width)
         for width in widths
@@ -216,19 +250,21 @@ def _defect(e: Effect, s: Setting) -> list[Guise]:
 
 
 def _bristles(e: Effect, s: Setting) -> list[Guise]:
-    soft, hard = s.force / (0.25 * s.travel), 1e7
+    soft, unit, hard = max(1e3 * s.spring, s.force / (0.25 * s.travel)), 1e5 * s.spring, 1e7 * s.spring
+    damping = max(0.6 * math.sqrt(unit * s.mass), 1e-9)
     unknowns = (
-        Unknown("bristle_stiffness", 1e5, max(1e3, soft), hard, log=True),
-        Unknown("bristle_damping", max(2.0 * math.sqrt(1e5 * s.mass) * 0.3, 1.0), 1.0, 1e5, log=True, spread=1.5),
+        Unknown("bristle_stiffness", unit, soft, hard, log=True),
+        Unknown("bristle_damping", damping, 1e-3 * damping, 1e2 * damping, log=True, spread=1.5),
     )
-    rows = [(k, min(max(0.6 * math.sqrt(k * s.mass), 1.0), 1e5)) for k in (2e4, 6e4, 2e5, 6e5) if soft < k < hard]
+    ways = [share * unit for share in (0.2, 0.6, 2.0, 6.0, 30.0)]
+    rows = [(k, 0.6 * math.sqrt(k * s.mass)) for k in ways if soft < k < hard]
     return [Guise(e, unknowns, np.array(rows), stiff=True)] if rows else []
 
 
 def _backlash(e: Effect, s: Setting) -> list[Guise]:
     if not _two_masses(s):
         return []
-    return [Guise(e, (Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),), grid([1e-4, 4e-4, 1.5e-3]), stiff=True)]
+    return [Guise(e, (Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),), grid([3e-5, 1e-4, 4e-4, 1.5e-3]), stiff=True)]
 
 
 def _compliance(e: Effect, s: Setting) -> list[Guise]:
@@ -238,7 +274,7 @@ def _compliance(e: Effect, s: Setting) -> list[Guise]:
         Unknown("stiffness", 3e4, 1e3, 1e6, log=True),
         Unknown("damping", 30.0, 0.3, 1e4, log=True, spread=2.0),
     )
-    return [Guise(e, unknowns, np.array([(1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0)]), stiff=True)]
+    return [Guise(e, unknowns, np.array([(1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)]), stiff=True)]
 
 
 def _two_masses(s: Setting) -> bool:
@@ -248,7 +284,13 @@ def _two_masses(s: Setting) -> bool:
 
 
 def _waves(
-    e: Effect, amplitude: str, unit: float, limit: float, periods: list[float], fixed: tuple[tuple[str, float], ...]
+    e: Effect,
+    amplitude: str,
+    unit: float,
+    limit: float,
+    periods: list[float],
+    fixed: tuple[tuple[str, float], ...],
+    turn: float | None,
 ) -> Guise:
     """A periodic effect: logarithmic period, cosine and sine amplitude; two quadratures start it."""
     unknowns = (
@@ -257,24 +299,26 @@ def _waves(
         Unknown("phase", unit, -limit, limit),
     )
     rows = [(period, *pair) for period in periods for pair in ((0.3 * unit, 0.0), (0.0, 0.3 * unit))]
-    return Guise(e, unknowns, np.array(rows), fixed, wave=(amplitude, "phase"))
+    return Guise(e, unknowns, np.array(rows), fixed, wave=(amplitude, "phase"), turn=turn)
 
 
 def _ripple(e: Effect, s: Setting) -> list[Guise]:
-    turn = 2.0 * math.pi * s.axis.mechanics.Rm
-    periods = [p for p in (turn, turn / 2, turn / 3, turn / 6, *s.periods) if 1e-3 < p < s.travel]
+    mechanics = s.axis.mechanics
+    turn = 2.0 * math.pi * mechanics.Rm
+    periods = [p for p in (turn, turn / 2, turn / 3, turn / 6, *s.periods) if 1e-3 * s.travel < p < s.travel]
     if not periods:
         return []
+    known = None if mechanics.Rm == 1.0 and not s.axis.is_rotary else turn  # an axis file may leave the radius out
     return [
-        _waves(e, "amplitude", 0.1 * s.force, s.force, periods, (("relative_amplitude", 0.0),)),
-        _waves(e, "relative_amplitude", 0.1, 0.5, periods, (("amplitude", 0.0),)),
+        _waves(e, "amplitude", 0.1 * s.force, s.force, periods, (("relative_amplitude", 0.0),), known),
+        _waves(e, "relative_amplitude", 0.1, 0.5, periods, (("amplitude", 0.0),), known),
     ]
 
 
 def _eccentricity(e: Effect, s: Setting) -> list[Guise]:
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
     periods = [p for p in (turn,) if p < 4.0 * s.travel] or []
-    return [_waves(e, "relative_eccentricity", 0.1, 0.3, periods, ())] if periods else []
+    return [_waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn)] if periods else []
 
 
 def _thermal(e: Effect, s: Setting) -> list[Guise]:
@@ -310,7 +354,8 @@ def _lag(parameter: str) -> Callable[[Effect, Setting], list[Guise]]:
 
     def make(e: Effect, s: Setting) -> list[Guise]:
         rows = [v for v in (0.5 * s.sample_time, 2 * s.sample_time, 0.03, 0.08) if v < 0.15]
-        return [Guise(e, (Unknown(parameter, 0.02, 0.0, 0.2),), grid(rows))]
+        least = CLOCK * (s.native_time or s.sample_time)
+        return [Guise(e, (Unknown(parameter, 0.02, 0.0, 0.2),), grid(rows), least=least)]
 
     return make
 
@@ -319,7 +364,7 @@ def _saturation(e: Effect, s: Setting) -> list[Guise]:
     gain = abs(s.axis.mechanics.gain)
     peak = s.peak / gain
     unknowns = (Unknown("limit", peak, 0.2 * peak, 1.02 * peak, log=True),)
-    return [Guise(e, unknowns, grid([0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))]
+    return [Guise(e, unknowns, grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))]
 
 
 def _dwell(e: Effect, s: Setting) -> list[Guise]:
@@ -338,10 +383,11 @@ def _end_stop(e: Effect, s: Setting) -> list[Guise]:
         inner = sorted((s.middle, end + side * 0.02 * s.travel))
         unknowns = (
             Unknown("position", 0.02 * s.travel, inner[0], inner[1], origin=end, spread=30.0),
-            Unknown("stiffness", 1e4, 1e2, 1e6, log=True),
+            Unknown("stiffness", 1e4 * s.spring, 1e2 * s.spring, 1e6 * s.spring, log=True),
         )
-        places = [end - side * share * s.travel for share in (0.01, 0.03, 0.08, 0.16)]
-        found.append(Guise(e, unknowns, grid(places, [3e3, 3e4])))
+        depths = [share * s.travel for share in (0.01, 0.03, 0.08, 0.16)]
+        rows = [(end - side * depth, push * s.force / depth) for depth in depths for push in (0.03, 0.2, 1.0)]
+        found.append(Guise(e, unknowns, np.clip(np.array(rows), (-np.inf, 1e2 * s.spring), (np.inf, 1e6 * s.spring))))
     return found
 
 

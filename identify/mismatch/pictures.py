@@ -15,7 +15,8 @@ from identify.mismatch.inverse import Unexplained, unexplained
 from identify.mismatch.locate import coordinates
 from identify.mismatch.report_values import spread_of
 from identify.mismatch.result import Quantity
-from identify.mismatch.select import Selection, Step, tied
+from identify.mismatch.rules import Step, tied
+from identify.mismatch.select import Selection
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]

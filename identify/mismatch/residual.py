@@ -1,4 +1,4 @@
-"""The force the model does not explain, sample by sample: for pictures, and for places to look at."""
+"""Where to look for effects: sizes, places and wave lengths, from the force that the model does not explain."""
 
 from __future__ import annotations
 
@@ -7,37 +7,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Setting
+from identify.mismatch.inverse import unexplained
 from identify.preprocess import Samples, smooth_velocity
-from identify.problem import FrictionProblem
 
 Floats = NDArray[np.float64]
 
-SPAN = 0.04  # s to each side of a local parabola
+SPAN = 0.04  # s to each side of a local slope
+CUT = 12.0  # Hz: what position sensors resolve as force
 RESTING = 0.02  # of the fastest speed: slower counts as rest
 PLACES = 6  # starting points taken from the residual
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Residual:
-    """Residual force over the recordings.
+class Left:
+    """Force that the model leaves over while the axis slides.
 
     Attributes:
-        force: drive force minus inertia, weight and modelled friction. [N] (n,)
-        position, velocity, acceleration: smoothed. [m], [m/s], [m/s²] (n,)
-        sliding: True where friction has one value. (n,)
+        position: [m] (k,)
+        force: drive force minus inverse model. [N] (k,)
+        odd: its half that flips with the direction: friction. [N] (k,)
     """
 
-    force: Floats
     position: Floats
-    velocity: Floats
-    acceleration: Floats
-    sliding: NDArray[np.bool_]
-
-    @property
-    def odd(self) -> Floats:
-        """The half that flips with the direction: friction. [N] (n,)."""
-        return np.asarray(self.force * np.sign(self.velocity), dtype=np.float64)
+    force: Floats
+    odd: Floats
 
 
 def acceleration_of(samples: Samples, velocity: Floats, span: float = SPAN) -> Floats:
@@ -52,28 +47,27 @@ def acceleration_of(samples: Samples, velocity: Floats, span: float = SPAN) -> F
     return np.where(same & np.isfinite(slope), slope, 0.0)
 
 
-def residual_force(problem: FrictionProblem, x: Floats) -> Residual:
-    """What the baseline part of x leaves over, from smoothed motion."""
+def left_force(problem: ExtendedProblem, x: Floats) -> Left:
+    """What the model leaves over, away from rests and reversals."""
     samples = problem.samples
+    nothing = np.empty(0)
+    lacking = unexplained(problem, x, samples, CUT)
+    if lacking is None:
+        return Left(nothing, nothing, nothing)
     velocity = smooth_velocity(samples, SPAN)
-    acceleration = acceleration_of(samples, velocity)
-    law = problem.law(x[None])[:, 0]
-    speed = np.abs(velocity)
-    level = law[0] + law[1] * np.exp(-speed * law[2])
-    friction = level * np.sign(velocity) + law[3] * velocity
-    force = samples.force - law[4] * acceleration - law[5] - friction
-    sliding = speed > max(RESTING * problem.scales.speed, 1e-12)
+    resting = np.abs(velocity) <= max(RESTING * problem.scales.speed, 1e-12)
     reach = max(1, round(SPAN / samples.sample_time))
-    near_rest = np.convolve((~sliding).astype(float), np.ones(2 * reach + 1), mode="same") > 0
-    return Residual(force, samples.position, velocity, acceleration, sliding & ~near_rest)
+    near_rest = np.convolve(resting.astype(float), np.ones(2 * reach + 1), mode="same") > 0
+    keep = ~near_rest[lacking.index]
+    at, force = lacking.index[keep], lacking.lacking[keep]
+    return Left(samples.position[at], force, force * np.sign(velocity[at]))
 
 
-def setting_of(problem: FrictionProblem, x: Floats) -> Setting:
-    """Where to look for effects in these samples, given a baseline fit x."""
+def setting_of(problem: ExtendedProblem, x: Floats, native_time: float = 0.0) -> Setting:
+    """Where to look for effects in these samples, given a baseline fit x; `native_time` before averaging [s]."""
     samples, scales = problem.samples, problem.scales
-    left = residual_force(problem, x)
-    velocity = np.abs(left.velocity)
-    rest = velocity < RESTING * scales.speed
+    left = left_force(problem, x)
+    rest = np.abs(smooth_velocity(samples, SPAN)) < RESTING * scales.speed
     return Setting(
         axis=problem.axis,
         force=scales.force,
@@ -89,12 +83,13 @@ def setting_of(problem: FrictionProblem, x: Floats) -> Setting:
         spots=spots(left, scales.travel),
         periods=periods(left, scales.travel),
         free_offset=not problem.gravity_known,
+        native_time=native_time,
     )
 
 
-def spots(left: Residual, travel: float) -> tuple[float, ...]:
+def spots(left: Left, travel: float) -> tuple[float, ...]:
     """Positions at which the odd residual force stands out, most telling first. [m]."""
-    y, force = left.position[left.sliding], left.odd[left.sliding]
+    y, force = left.position, left.odd
     if len(y) < 50:
         return ()
     found: list[tuple[float, float]] = []
@@ -111,9 +106,9 @@ def spots(left: Residual, travel: float) -> tuple[float, ...]:
     return tuple(float(np.clip(place, y.min(), y.max())) for place in chosen[:PLACES])
 
 
-def periods(left: Residual, travel: float) -> tuple[float, ...]:
+def periods(left: Left, travel: float) -> tuple[float, ...]:
     """Wave lengths over position at which the residual force repeats, most telling first. [m]."""
-    y, force = left.position[left.sliding], left.force[left.sliding]
+    y, force = left.position, left.force
     if len(y) < 100:
         return ()
     force = force - force.mean()

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, block_z, fit
 from identify.mismatch.guise import Guise
+from identify.mismatch.rules import TIED_BIC, TIED_Z, Step
 from identify.mismatch.score import extend
-from identify.mismatch.select import TIED_BIC, TIED_Z, Step
 
 Floats = NDArray[np.float64]
 

@@ -77,8 +77,8 @@ def _lead(
     amplitude = guise.amplitude()
     stretch = along / np.maximum(left, 1e-300)
     low, high = guise.bounds()
-    if amplitude is None:
-        stretch = np.clip(stretch, 0.0, 1.5)
+    if amplitude is None:  # the effect is there in full or not at all: its start is what it is
+        stretch = np.where(2.0 * along > left, 1.0, np.clip(stretch, 0.0, 1.0))
     else:
         unit = starts[:, amplitude]
         limits = np.stack([low[amplitude] / unit, high[amplitude] / unit])

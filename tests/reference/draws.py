@@ -38,7 +38,7 @@ class Facts:
     @property
     def half(self):
         """Half the travel. [m]"""
-        return 0.5 * (self.high - self.low)
+        return max(0.5 * (self.high - self.low), 1e-6)
 
     @property
     def middle(self):

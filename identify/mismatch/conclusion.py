@@ -1,0 +1,244 @@
+"""What a finished selection means: does the name stand, what else could it be, and what is left."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from identify.criterion import RUN_LENGTH
+from identify.mismatch import words
+from identify.mismatch.changes import changes_since
+from identify.mismatch.compare import Fit, free_run_ratio
+from identify.mismatch.constant import Constant, constant_force
+from identify.mismatch.data import Evidence
+from identify.mismatch.detect import detectable
+from identify.mismatch.experiment import Experiment, in_words, propose, settling
+from identify.mismatch.force_error import force_errors, native
+from identify.mismatch.guise import Guise, Setting
+from identify.mismatch.inverse import unexplained
+from identify.mismatch.locate import COORDINATE, named_location
+from identify.mismatch.pictures import pictures_of
+from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
+from identify.mismatch.rivals import rivals_of, still_tied
+from identify.mismatch.rules import HELD_OUT, price, tied
+from identify.mismatch.select import Selection, without
+from identify.mismatch.structure import Structure, structures
+from identify.uncertainty import Uncertainty
+from plant.axis import Axis
+from plant.recording import Recording
+
+CLEAN = 0.013  # of the dry friction: latent force of a complete model
+REST = 0.05  # of the dry friction: latent force beside a name, above which ...
+KEPT = 0.45  # ... and above which share of its former level, the name does not stand
+LEFT = 0.3  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
+# of it for an event in time, which may come on top of anything
+RIVAL = 0.8  # of the best evidence: coordinates this close are named too
+EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Conclusion:
+    """Everything a finished selection is written up from."""
+
+    axis: Axis
+    seed: int
+    recordings: Sequence[Recording]
+    evidence: Evidence
+    setting: Setting
+    selection: Selection
+    ways: list[Guise]
+    progress: Callable[[str], None]
+
+    @cached_property
+    def spread(self) -> Uncertainty:
+        """Uncertainty of the chosen model's unknowns."""
+        return spread_of(self.selection.chosen)
+
+    @cached_property
+    def constant(self) -> Constant | None:
+        """The constant force, where it earned a name beside the chosen effects."""
+        chosen = self.selection.chosen
+        lacking = unexplained(chosen.problem, chosen.x, self.evidence.train)
+        rest = 0.0 if lacking is None else float(np.sqrt(np.mean(lacking.lacking**2)))
+        return constant_force(chosen, self.ways, self.spread, rest)
+
+    @cached_property
+    def left(self) -> list[Structure]:
+        """Nameless structure beside the chosen effects, the most evident first."""
+        self.progress("what is left")
+        chosen = self.selection.chosen
+        suspicious = not self.selection.steps and chosen.latent_force > CLEAN * chosen.dry_level
+        return structures(chosen, self.evidence.held_out, suspicious=suspicious)
+
+    def stands(self) -> bool:
+        """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
+        baseline, chosen = self.selection.baseline, self.selection.chosen
+        before, after = baseline.latent_force, chosen.latent_force
+        if after > REST * baseline.dry_level and after > KEPT * before:
+            return False
+        blind = any(guise.stiff for guise in chosen.problem.guises)  # see rules: free runs cannot judge those
+        if not blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
+            return False
+        explained = price(baseline) - price(chosen)
+        return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
+
+    def written(self) -> Diagnosis:
+        """The answer."""
+        named = self._effects() if self.selection.steps and self.stands() else ()
+        if self.selection.steps and not named:
+            baseline = self.selection.baseline
+            found = structures(baseline, self.evidence.held_out, suspicious=True)
+            return self._answer(Verdict.UNEXPLAINED, baseline, (), found)
+        offset = self.constant
+        if offset is not None:
+            return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
+        if named:
+            return self._answer(Verdict.EXPLAINED, self.selection.chosen, named, [])
+        if self.left:
+            return self._answer(Verdict.UNEXPLAINED, self.selection.baseline, (), self.left)
+        return self._answer(Verdict.NO_MISMATCH, self.selection.baseline, (), [])
+
+    def _answer(
+        self, verdict: Verdict, chosen: Fit, effects: tuple[FoundEffect, ...], found: list[Structure]
+    ) -> Diagnosis:
+        """All entries of the contract for a verdict."""
+        baseline, evidence = self.selection.baseline, self.evidence
+        held = self._held_out(baseline)
+        held_chosen = held if chosen is baseline else self._held_out(chosen)
+        alternatives = self._alternatives(effects)
+        candidates: tuple[Experiment, ...] = ()
+        if len(alternatives) > 1:
+            alternatives, candidates = self._experiments(chosen, alternatives)
+        best = settling(candidates)
+        location = self._place(effects) if effects else self._nameless(found, chosen)
+        hidden = detectable(baseline, self.ways) if verdict is Verdict.NO_MISMATCH else {}
+        remaining = Quantity(chosen.latent_force, self.axis.force_unit)
+        if verdict is Verdict.EXPLAINED:
+            explanation = words.explained(effects, alternatives, held_chosen / max(held, 1e-300))
+        elif verdict is Verdict.UNEXPLAINED:
+            explanation = words.unexplained(remaining, location)
+        else:
+            explanation = words.nothing_missing(remaining, hidden)
+        wanted = [COORDINATE.get(effect.name, "time") for effect in effects]
+        if location is not None:
+            wanted += [location.coordinate, *location.alternatives]
+        different: tuple[Change, ...] = ()
+        if evidence.before is not None:
+            self.progress("changes since commissioning")
+            different = changes_since(chosen, evidence.before, (evidence.train, evidence.held_out))
+            explanation += words.changed(different)
+        recorded = native(self.recordings, self.axis, evidence)
+        return Diagnosis(
+            verdict=verdict,
+            axis=self.axis.name,
+            explanation=explanation,
+            effects=effects,
+            alternatives=alternatives if effects else (),
+            location=location,
+            fit={
+                "baseline": Pair(baseline.short_run(), held),
+                "extended": Pair(chosen.short_run(), held_chosen),
+            },
+            force_error={
+                name: force_errors(fitted.problem, fitted.x, recorded)
+                for name, fitted in (("baseline", baseline), ("extended", chosen))
+            },
+            held_out_kind=evidence.kind,
+            run_length=RUN_LENGTH,
+            remaining_force=remaining,
+            detectable=hidden,
+            changes=different,
+            next_experiment=None if best is None else in_words(best),
+            experiments=candidates,
+            seed=self.seed,
+            data_sha256=evidence.sha256,
+            preprocessing=evidence.removed,
+            pictures=pictures_of(
+                self.selection,
+                chosen if chosen is not baseline else None,
+                evidence,
+                wanted,
+                {way.name for way in self.ways},
+            ),
+        )
+
+    def _experiments(
+        self, chosen: Fit, alternatives: tuple[tuple[str, ...], ...]
+    ) -> tuple[tuple[tuple[str, ...], ...], tuple[Experiment, ...]]:
+        """The alternatives that a fit cannot tell apart either, and the motions that would."""
+        self.progress("next experiment")
+        rivals = rivals_of(chosen, alternatives, self.selection.rivals, self.ways)
+        tied_still = still_tied(rivals, alternatives)
+        closed = self.recordings[-1].loop == "closed"
+        return tied_still, propose([rival for rival in rivals if rival.names in tied_still], closed)
+
+    def _held_out(self, fitted: Fit) -> float:
+        """Eq. (4) over one-second free runs on data the fit has not seen. [1]."""
+        problem = fitted.problem.on(self.evidence.held_out)
+        x = np.concatenate([fitted.x[: problem.p], np.zeros(2 * self.evidence.held_out.runs)])
+        return Fit(problem, dataclasses.replace(fitted.found, x=x)).short_run()
+
+    def _place(self, effects: tuple[FoundEffect, ...]) -> Location:
+        """Where the effect with the largest share acts."""
+        first = max(effects, key=lambda effect: effect.share)
+        z = next((step.evidence.z for step in self.selection.steps if step.guise.name == first.name), 6.0)
+        return named_location(first.name, first.parameters, first.share, z, self.evidence.train, self.axis)
+
+    def _nameless(self, found: list[Structure], fitted: Fit) -> Location | None:
+        """Where structure without a name shows."""
+        if not found:
+            return None
+        best = found[0]
+        close = [s.coordinate for s in found[1:] if s.evidence > RIVAL * best.evidence]
+        others = tuple(dict.fromkeys(name for name in close if name != best.coordinate))
+        share = 1.0 - float(np.exp(-best.evidence / len(self.evidence.train)))
+        if best.force > 0.0:
+            share = best.force**2 / (best.force**2 + fitted.latent_force**2)
+        return Location(best.coordinate, best.interval, share, best.p_value, others)
+
+    def _effects(self) -> tuple[FoundEffect, ...]:
+        """The chosen effects, the largest share first."""
+        chosen = self.selection.chosen
+        with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
+        found = []
+        for step in self.selection.steps:
+            guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
+            self.progress(f"share of {guise.name}")
+            rest = without(chosen, guise) if len(self.selection.steps) > 1 else self.selection.baseline
+            lacking = unexplained(rest.problem, rest.x, self.evidence.train)
+            share = 0.0
+            if with_all is not None and lacking is not None:
+                share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
+            values = quantities(chosen, guise, self.spread)
+            found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
+        return tuple(sorted(found, key=lambda effect: -effect.share))
+
+    def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
+        """The chosen set, then every set these data cannot tell from it."""
+        chosen = tuple(effect.name for effect in effects)
+        sets = [chosen]
+        for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
+            for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
+                _add(sets, chosen, step.guise.name, rival.guise.name)
+        offset = self.constant
+        if offset is not None and offset.effect.name in chosen:
+            for name in offset.names:
+                _add(sets, chosen, offset.effect.name, name)
+        for name, twin in EXACT.items():
+            if name == "force_offset" or self.setting.free_offset:
+                for known in tuple(sets):
+                    _add(sets, known, name, twin)
+        return tuple(sets)
+
+
+def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other: str) -> None:
+    """Note `chosen` with `other` in place of `name`, once, where that makes sense."""
+    if name not in chosen or other in chosen:
+        return
+    swapped = tuple(other if one == name else one for one in chosen)
+    if set(swapped) not in [set(known) for known in sets]:
+        sets.append(swapped)

@@ -1,0 +1,88 @@
+"""A constant force where mass and gravity are known: it is an effect then, and several names may stand for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.mismatch.compare import Fit, fit
+from identify.mismatch.guise import Guise
+from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.result import FoundEffect
+from identify.mismatch.rules import TIED_BIC, price
+from identify.mismatch.score import extend
+from identify.uncertainty import Uncertainty
+
+OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
+OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
+READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Constant:
+    """A constant force that earned a name.
+
+    Attributes:
+        fit: the model with it.
+        effect: its likeliest name; `force_offset` where that is as likely.
+        names: all names that are as likely.
+    """
+
+    fit: Fit
+    effect: FoundEffect
+    names: tuple[str, ...]
+
+
+def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: float) -> Constant | None:
+    """The constant force of `fitted` as an effect, where it is beyond what the axis file allows.
+
+    Args:
+        fitted: the chosen model.
+        ways: all guises.
+        spread: of its unknowns.
+        rest: force that nothing explains, rms. [N]
+    """
+    value = _known(fitted, spread)
+    taken = {guise.name for guise in fitted.problem.guises}
+    if value is None or "force_offset" in taken:
+        return None
+    found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
+    if not found:
+        return None
+    least = min(price(reading) for reading in found.values())
+    names = tuple(name for name in READINGS if name in found and price(found[name]) < least + TIED_BIC)
+    best = found[names[0]]
+    guise = next(guise for guise in best.problem.guises if guise.name == names[0])
+    share = value**2 / (value**2 + rest**2)
+    return Constant(best, FoundEffect(guise.name, share, quantities(best, guise, spread_of(best)), abs(value)), names)
+
+
+def _constant(guise: Guise) -> bool:
+    """True for guises that may stand for a constant force."""
+    if guise.name == "inertia_error":
+        return ("weight_share", 1.0) in guise.fixed
+    return guise.name in READINGS
+
+
+def _known(fitted: Fit, spread: Uncertainty) -> float | None:
+    """The constant force [N], where gravity is known and it is known to be beyond its prior."""
+    problem = fitted.problem
+    if not problem.gravity_known:
+        return None
+    scale = problem.scales.force
+    unit = np.zeros((1, len(fitted.x)))
+    unit[0, 4] = scale
+    value, half = float(fitted.x[4] * scale), float(spread.half_widths(unit)[0])
+    allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or scale)
+    return None if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value) else value
+
+
+def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
+    """The model with the constant force `value` [N] read as `guise`."""
+    mechanics = fitted.problem.axis.mechanics
+    size = {"force_offset": value, "inertia_error": value / mechanics.g}.get(guise.name, value / mechanics.weight)
+    starts = np.array([[guise.unknowns[0].scaled(sign * size)] for sign in (1.0, -1.0)])
+    problem, x = extend(fitted, guise, np.clip(starts, *guise.bounds()))
+    x[:, 4] = 0.0
+    return fit(problem, x)

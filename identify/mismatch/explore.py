@@ -1,0 +1,159 @@
+"""One more effect on top of a fit: which are worth a full fit, where each starts, and what each is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.compare import Comparison, Fit, compare, fit
+from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.guise import Guise
+from identify.mismatch.inverse import effect_force
+from identify.mismatch.rules import BIC, Step, price, refusal
+from identify.mismatch.score import Lead, extend, leads
+from identify.observer import gain_table
+from identify.polish import polish_all
+from identify.preprocess import Samples
+from identify.search import CLASSICAL, losses_by_gain
+
+Floats = NDArray[np.float64]
+
+FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
+REFITS = 5  # leads per observer gain that get a full fit
+WORTH = 12.0  # expected gain below which a lead is not refitted
+PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
+ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
+STARTS = 3  # of one effect
+SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
+
+
+@dataclass(slots=True)
+class Candidate:
+    """An effect worth a full fit: where to start (k rows, scaled), and the observer gain each start was seen at."""
+
+    guise: Guise
+    starts: list[Floats]
+    gains: list[Floats]
+
+
+def explore(
+    current: Fit,
+    guises: list[Guise],
+    unseen: Samples,
+    progress: Callable[[str], None] = lambda _: None,
+    most: int = REFITS,
+) -> list[Step]:
+    """Refit the most promising of `guises` on top of `current`, judged; best information criterion first."""
+    steps = [_refit(current, candidate, unseen, progress) for candidate in shortlist(current, guises, most)]
+    steps.sort(key=lambda step: price(step.fit))
+    fresh = next((step for step in steps if step.refused is None), None)
+    if fresh is None:
+        return steps
+    poorer = _return(current, fresh.fit)
+    return steps if poorer is current else [_judged(poorer, step, unseen) for step in steps]
+
+
+def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:
+    """Effects worth a full fit, seen at the likeliest gain of each correlation time and at a much weaker one."""
+    found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
+    for gain in _outlooks(current):
+        ranked = [lead for lead in leads(current, guises, gain) if lead.gain > WORTH]
+        for lead in ranked[:most]:
+            if lead.gain < FAINT * ranked[0].gain:
+                break
+            _note(found.setdefault((lead.guise.name, lead.guise.fixed), Candidate(lead.guise, [], [])), lead, gain)
+    return list(found.values())
+
+
+def _note(candidate: Candidate, lead: Lead, gain: Floats) -> None:
+    """Remember one more start, unless it is like one already known."""
+    if len(candidate.starts) < STARTS and all(np.abs(lead.start - other).max() > 0.1 for other in candidate.starts):
+        candidate.starts.append(lead.start)
+        candidate.gains.append(gain)
+
+
+def _outlooks(current: Fit) -> list[Floats]:
+    """Observer gains to look for effects at: the present one, those likeliest at other taus, a much weaker one."""
+    gains, settings = gain_table(current.problem.samples.sample_time)
+    tau, rho = current.found.setting
+    losses = losses_by_gain(current.problem, current.x[None], gains)[0]
+    chosen = [current.found.gain]
+    for other in np.unique(settings[0, 1:]):
+        if other != tau:
+            same = np.flatnonzero(settings[0] == other)
+            chosen.append(gains[:, same[np.argmin(losses[same])]])
+    weaker = np.flatnonzero((settings[0] == tau) & (settings[1] <= rho / 30.0))
+    return [*chosen, gains[:, weaker[-1]] if len(weaker) else gains[:, 0]]
+
+
+def _refit(current: Fit, candidate: Candidate, unseen: Samples, progress: Callable[[str], None]) -> Step:
+    """Fit `candidate` on top of `current` from the distorted baseline and from a textbook one, and judge it."""
+    guise = candidate.guise
+    progress(guise.name)
+    problem, x = extend(current, guise, np.array(candidate.starts))
+    seen = np.array(candidate.gains).T
+    _shrink(problem, x, guise, seen)
+    if not guise.stiff:
+        classical = x.copy()
+        classical[:, :4] = CLASSICAL
+        x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
+    best, gained = _first_look(current, problem, x, seen)
+    if gained < PROMISING:
+        bic = (problem.p - current.problem.p) * float(np.log(problem.samples.used)) - gained
+        return Step(
+            current, guise, Comparison(bic, 0.0, bic, 1.0, 1.0), 0.0, f"evidence {-bic:.0f} is below {-BIC:.0f}"
+        )
+    richer = fit(problem, best[None])
+    force = effect_force(richer.problem, richer.x, guise)
+    evidence = compare(current, richer, unseen)
+    return Step(richer, guise, evidence, force, refusal(richer, guise, evidence, force))
+
+
+def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:
+    """Take the amplitudes of the starts x (k, size) back to where they are likeliest: a response is only so linear."""
+    index = guise.amplitude()
+    if guise.wave is None and index is None:
+        return
+    slot = problem.slot(guise)
+    where = (
+        slice(slot.stop - 2, slot.stop)
+        if index is None or guise.wave is not None
+        else slice(slot.start + index, slot.start + index + 1)
+    )
+    for k in range(len(x)):
+        trials = np.repeat(x[[k]], len(SHARES), axis=0)
+        trials[:, where] *= np.array(SHARES)[:, None]
+        with np.errstate(all="ignore"):
+            x[k] = trials[int(np.argmin(problem.losses(trials, seen[:, k])))]
+
+
+def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
+    """The step judged anew against a better fit of the poorer model."""
+    if step.fit.problem.p <= poorer.problem.p:
+        return step
+    evidence = compare(poorer, step.fit, unseen)
+    return replace(step, evidence=evidence, refused=refusal(step.fit, step.guise, evidence, step.force_rms))
+
+
+def _first_look(current: Fit, problem: ExtendedProblem, points: Floats, seen: Floats) -> tuple[Floats, float]:
+    """Short polishes at the gains `seen` (4, k) and at the likeliest one: where they end, and how much likelier."""
+    gains, _ = gain_table(problem.samples.sample_time)
+    first = polish_all(problem, points, seen, 6, ROUGH)
+    index = losses_by_gain(problem, first.x, gains).argmin(axis=1)
+    ends = polish_all(problem, first.x, gains[:, index], 6, ROUGH)
+    return ends.x[ends.best], current.found.criterion - float(ends.loss[ends.best])
+
+
+def _return(current: Fit, richer: Fit) -> Fit:
+    """The poorer model once more from the richer one's optimum: what only polished the baseline is no evidence."""
+    problem = current.problem
+    x = np.zeros((1, problem.size))
+    x[:, : problem.base] = richer.x[: problem.base]
+    for other in problem.guises:
+        x[:, problem.slot(other)] = richer.x[richer.problem.slot(other)]
+    x[:, problem.p :] = richer.x[richer.problem.p :]
+    again = fit(problem, x)
+    return again if again.found.criterion < current.found.criterion else current

@@ -1,0 +1,118 @@
+"""When an effect has earned its name, and when two explanations cannot be told apart.
+
+Every threshold is here, with its unit and its reason; none was tuned on recordings of real machines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.mismatch.compare import Comparison, Fit, block_z
+from identify.mismatch.guise import Guise
+
+BIC = -25.0  # evidence a name needs
+Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
+Z_LEAST = 1.5  # what is enough where the evidence is strong even without its most favourable blocks
+SMALLEST = 0.007  # of the dry friction: force of an effect that is worth a name
+FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share
+HELD_OUT = 1.02  # on unseen data it must not rise above this share
+OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
+SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
+TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
+LESSER = 0.015  # of the first effect's evidence: less is how imperfectly the first effect's shape is known
+
+LIKELY_BUT = ("its force of", "a parameter ended", "its period of", "its size of")  # reasons a likely effect is refused
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One more effect on top of a fit: the richer fit, what speaks for it, and its force."""
+
+    fit: Fit
+    guise: Guise
+    evidence: Comparison
+    force_rms: float
+    refused: str | None
+
+    @property
+    def misplaced(self) -> bool:
+        """True where the effect is likely, but too small or too strange to be what it is called."""
+        return self.refused is not None and self.refused.startswith(LIKELY_BUT)
+
+
+def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
+    """Why the effect does not earn its name, or None."""
+    if evidence.bic > BIC:
+        return f"evidence {-evidence.bic:.0f} is below {-BIC:.0f}"
+    if not agreed(evidence):
+        return f"the evidence comes from few places (z = {evidence.z:.1f})"
+    if not _hidden_state(guise, evidence):
+        if evidence.free_run > FREE_RUN:
+            return f"one-second predictions do not improve ({evidence.free_run:.2f})"
+        if evidence.unseen > HELD_OUT:
+            return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
+    if force < SMALLEST * fitted.dry_level:
+        return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
+    if at_edge(fitted, guise):
+        return "a parameter ended on its bound"
+    return guise.oddity(fitted.x[fitted.problem.slot(guise)])
+
+
+def _hidden_state(guise: Guise, evidence: Comparison) -> bool:
+    """True where free runs cannot judge: a most likely spring or gap, whose state at a restart nobody knows."""
+    return guise.stiff and evidence.z > Z and evidence.steady < OVERWHELMING
+
+
+def agreed(evidence: Comparison) -> bool:
+    """True where the blocks of the recording agree.
+
+    An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks.
+    """
+    if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z):
+        return True
+    return evidence.z >= Z_LEAST and evidence.steady < BIC_STRONG
+
+
+def at_edge(fitted: Fit, guise: Guise) -> bool:
+    """True where an unknown of the effect ended on a bound that is not its absence."""
+    low, high = fitted.problem.bounds
+    slot = fitted.problem.slot(guise)
+    x = fitted.x[slot]
+    return bool(((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6)).any())
+
+
+def price(fitted: Fit) -> float:
+    """Bayes information criterion: loss plus the price of the unknowns. [1]."""
+    return float(fitted.found.criterion) + fitted.problem.p * float(np.log(fitted.problem.samples.used))
+
+
+def best_of(steps: list[Step]) -> Step | None:
+    """The likeliest step that earned its name, unless something likelier did not: then nothing is named."""
+    accepted = [step for step in steps if step.refused is None]
+    if not accepted:
+        return None
+    best = min(accepted, key=lambda step: price(step.fit))
+    for step in steps:
+        if step.misplaced and price(step.fit) < price(best.fit) - TIED_BIC:
+            return None
+        if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
+            return None
+    return best
+
+
+def tied(winner: Step, rivals: list[Step]) -> list[Step]:
+    """Rivals that these data cannot tell from the winner."""
+    best = price(winner.fit)
+    terms = winner.fit.terms()
+    found = []
+    for rival in rivals:
+        if rival.guise.name == winner.guise.name or rival.evidence.bic > BIC:
+            continue
+        distance = price(rival.fit) - best
+        apart = block_z(terms - rival.fit.terms())
+        share = rival.evidence.bic / min(winner.evidence.bic, -1e-9)
+        if distance < TIED_BIC or (apart < TIED_Z and share > TIED_SHARE):
+            found.append(rival)
+    return found
