@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 KEPT = 1000  # values per parameter for the trend
+QUIET = 3  # statuses, about seconds
 WATCHED = ("wear", "lubrication", "jam")  # kinds that mean the machine has changed
 
 
@@ -23,6 +24,7 @@ class Heard:
         latest: the latest parameters message that was identified.
         trend: values by parameter, oldest first.
         status: the latest status message.
+        quiet: statuses in a row that told nothing new, with no window waiting. [1]
         alerts: latest alert by its id, in the order they were raised.
         transitions: of the alerts, in order.
         first_alert_s: wall clock from the start of the demo to the first alert that the machine has changed. [s]
@@ -36,6 +38,7 @@ class Heard:
     latest: dict[str, Any] | None = None
     trend: dict[str, deque[float]] = field(default_factory=dict)
     status: dict[str, Any] = field(default_factory=dict)
+    quiet: int = 0
     alerts: dict[str, dict[str, Any]] = field(default_factory=dict)
     transitions: list[dict[str, Any]] = field(default_factory=list)
     first_alert_s: float | None = None
@@ -47,8 +50,7 @@ class Heard:
             case "parameters":
                 self._hear_parameters(message)
             case "status":
-                self.status = message
-                self.now_ns = message["last_sample_ns"] or self.now_ns
+                self._hear_status(message)
             case "alerts":
                 self._hear_alert(message, elapsed)
 
@@ -104,12 +106,16 @@ class Heard:
             return f"learning what is normal: {baseline['windows']} of {baseline['needed']} windows"
         return f"watching against a baseline of {baseline['windows']} windows"
 
-    def finished(self, expected: int) -> bool:
-        """Whether all of `expected` samples arrived, or are known to be missing, and every window has its answer."""
-        if not self.status:
-            return False
-        arrived = self.status["samples"] + self.status["missing"]
-        return bool(arrived >= expected and self.status["pending_windows"] == 0)
+    def _hear_status(self, message: dict[str, Any]) -> None:
+        same = all(message[name] == self.status.get(name) for name in ("samples", "missing"))
+        self.quiet = self.quiet + 1 if same and message["pending_windows"] == 0 else 0
+        self.status = message
+        self.now_ns = message["last_sample_ns"] or self.now_ns
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more came for some statuses, and every window has its answer."""
+        return self.quiet >= QUIET
 
     def line(self, samples_per_second: float) -> str:
         """The state in one line, for a log or a pipe."""

@@ -73,8 +73,7 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
             heard.page = _page_of(service, settings.folder)
             viewer.say(f"demo: the page is at {heard.page}")
             viewer.say(f"demo: the machine starts: {scenario.description or scenario.name}")
-            expected = len(scenario) * scenario.bursts.samples
-            stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source, bridge), begun, expected)
+            stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source, bridge), begun)
     return {
         "scenario": scenario.name,
         "seed": settings.seed,
@@ -156,9 +155,8 @@ def _listen(
     ear: Ear,
     children: tuple[Child, Child, Child | None],
     begun: float,
-    expected: int,
 ) -> str:
-    """Hear and show until the end, at the latest when all `expected` samples have their answer; says what ended it."""
+    """Hear and show until the end, at the latest when the machine is done and all is answered; says what ended it."""
     service, source, bridge = children
     while True:
         _hear_all(ear, heard, rate, begun)
@@ -172,7 +170,9 @@ def _listen(
             return "alert"
         if settings.duration is not None and elapsed >= settings.duration:
             return "duration"
-        if source.ended == 0 and heard.finished(expected):
+        if source.ended is None:
+            heard.quiet = 0
+        elif heard.finished:
             return "end"
 
 

@@ -17,7 +17,7 @@ from plant.can_layout import AxisLayout, show_id
 from plant.errors import InputError, ParameterError
 from plant.keys import check_id
 from plant.tables import build, check_keys
-from plant.wire import CHANNELS
+from plant.wire_rules import CHANNELS
 
 TOP = ("name", "site", "axis", *SECTIONS)
 SAME = 0.01  # two rated torques that differ by less are the same

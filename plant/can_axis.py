@@ -16,7 +16,8 @@ from plant.can_counters import AxisCounters
 from plant.can_layout import AxisLayout, Bytes, Frame, Signal, decode_signal, raw_values
 from plant.can_widths import ENOUGH, misfit
 from plant.recording import Floats
-from plant.wire import CHANNELS, Stamps
+from plant.wire import Stamps
+from plant.wire_rules import CHANNELS
 
 Indices = NDArray[np.int64]
 BACKWARDS = 10**9  # ns; a stamp that is so much earlier comes from a clock that was set back

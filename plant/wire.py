@@ -14,12 +14,9 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.axis_schema import nearest
 from plant.cbor_map import TypedArray, read_map
-from plant.errors import ParameterError, PayloadError
-from plant.keys import check_id
+from plant.wire_rules import CHANNELS, INT64, VERSION, check, refuse
 
-VERSION = 1
 MAX_BYTES = 1_000_000
 CBOR = "application/cbor"
 JSON = "application/json"
@@ -28,13 +25,10 @@ REASONS = (
     "bad_version", "bad_id", "bad_type", "bad_length", "empty", "bad_time", "bad_seq", "infinite",
 )  # fmt: skip
 
-CHANNELS = ("torque", "force", "position", "velocity", "temperature", "load")
-_KEYS = ("v", "axis", "epoch", "seq", "t0_ns", "dt_ns", "t_ns", *CHANNELS)
 _FLOATS = {81: ">f4", 82: ">f8", 85: "<f4", 86: "<f8"}
 _STAMPS = {67: ">u8", 71: "<u8", 75: ">i8", 79: "<i8"}
 _DTYPES = _FLOATS | _STAMPS
 _TAGS = frozenset(_DTYPES)
-_INT64 = 2**63
 
 Samples = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -79,10 +73,6 @@ class Block:
         return tuple(name for name in CHANNELS if getattr(self, name) is not None)
 
 
-def _refuse(reason: str, message: str) -> NoReturn:
-    raise PayloadError(reason, message)
-
-
 # --- writing --------------------------------------------------------------------------------------------------
 
 
@@ -97,15 +87,15 @@ def encode_block(block: Block, encoding: str = CBOR) -> bytes:
     if len(block.t_ns):
         head["t0_ns"] = int(block.t_ns[0])
     if block.t_ns.dtype.kind not in "iu":
-        _refuse("bad_type", f"t_ns holds {block.t_ns.dtype}, must hold whole nanoseconds")
+        refuse("bad_type", f"t_ns holds {block.t_ns.dtype}, must hold whole nanoseconds")
     steps: dict[str, Any] = {"t_ns": block.t_ns} if block.dt_ns is None else {"dt_ns": int(block.dt_ns)}
     channels = {name: np.asarray(getattr(block, name)) for name in block.channels()}
-    _check({**head, **steps, **channels})
+    check({**head, **steps, **channels})
     if block.dt_ns is not None and np.any(np.diff(block.t_ns) != block.dt_ns):
-        _refuse("bad_time", "t_ns does not advance by dt_ns; set dt_ns to None")
+        refuse("bad_time", "t_ns does not advance by dt_ns; set dt_ns to None")
     payload = (_to_cbor if kind == CBOR else _to_json)(head | steps | channels)
     if len(payload) > MAX_BYTES:
-        _refuse("too_large", f"the block takes {len(payload)} bytes, at most {MAX_BYTES}; send fewer samples")
+        refuse("too_large", f"the block takes {len(payload)} bytes, at most {MAX_BYTES}; send fewer samples")
     return payload
 
 
@@ -150,10 +140,10 @@ def decode_block(payload: bytes, encoding: str) -> Block:
     """
     kind = _kind(encoding)
     if len(payload) > MAX_BYTES:
-        _refuse("too_large", f"the payload has {len(payload)} bytes, at most {MAX_BYTES}")
+        refuse("too_large", f"the payload has {len(payload)} bytes, at most {MAX_BYTES}")
     raw = read_map(payload, _TAGS) if kind == CBOR else _from_json(payload)
     content: dict[str, Any] = {name: _array(name, value) for name, value in raw.items()}
-    n = _check(content)
+    n = check(content)
     return Block(
         axis=content["axis"],
         epoch=content["epoch"],
@@ -167,7 +157,7 @@ def decode_block(payload: bytes, encoding: str) -> Block:
 def _kind(encoding: str) -> str:
     kind = encoding.split(";")[0].strip().lower()
     if kind not in (CBOR, JSON):
-        _refuse("unknown_encoding", f"encoding {kind[:60]!r} is not {CBOR} or {JSON}")
+        refuse("unknown_encoding", f"encoding {kind[:60]!r} is not {CBOR} or {JSON}")
     return kind
 
 
@@ -175,58 +165,58 @@ def _from_json(payload: bytes) -> dict[str, Any]:
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         content = dict(pairs)
         if len(content) != len(pairs):
-            _refuse("duplicate_key", "a key stands twice in a JSON object")
+            refuse("duplicate_key", "a key stands twice in a JSON object")
         return content
 
     def no_constant(name: str) -> NoReturn:
-        _refuse("bad_json", f"{name} is not JSON; an unusable sample is null")
+        refuse("bad_json", f"{name} is not JSON; an unusable sample is null")
 
     try:
         content = json.loads(payload, object_pairs_hook=once, parse_constant=no_constant)
     except (ValueError, RecursionError) as error:  # UnicodeDecodeError and JSONDecodeError are ValueErrors
-        _refuse("bad_json", f"not JSON: {str(error)[:120]}")
+        refuse("bad_json", f"not JSON: {str(error)[:120]}")
     if not isinstance(content, dict):
-        _refuse("bad_json", "the payload is not a JSON object")
+        refuse("bad_json", "the payload is not a JSON object")
     return content
 
 
 def _array(name: str, value: Any) -> Any:
-    """Turn a typed array or JSON list into numbers; everything else stays as it is, for `_check`."""
+    """Turn a typed array or JSON list into numbers; everything else stays as it is, for `check`."""
     if name not in CHANNELS and name != "t_ns":
         return value
     allowed = _STAMPS if name == "t_ns" else _FLOATS
     if isinstance(value, TypedArray):
         if value.tag not in allowed:
-            _refuse("bad_tag", f"{name} has tag {value.tag}, must have one of {sorted(allowed)}")
+            refuse("bad_tag", f"{name} has tag {value.tag}, must have one of {sorted(allowed)}")
         dtype = np.dtype(_DTYPES[value.tag])
         if len(value.data) % dtype.itemsize:
-            _refuse("bad_length", f"{name} has {len(value.data)} bytes, not a multiple of {dtype.itemsize}")
+            refuse("bad_length", f"{name} has {len(value.data)} bytes, not a multiple of {dtype.itemsize}")
         return _native(np.frombuffer(value.data, dtype), name)
     if isinstance(value, list):
         return _from_list(name, value)
-    _refuse("bad_type", f"{name} is {type(value).__name__}, must be an array of numbers")
+    refuse("bad_type", f"{name} is {type(value).__name__}, must be an array of numbers")
 
 
 def _native(values: NDArray[Any], name: str) -> NDArray[Any]:
     if name != "t_ns":
         with np.errstate(invalid="ignore"):  # signalling NaNs of a stranger
             return values.astype(np.float64)
-    if values.dtype.kind == "u" and len(values) and int(values.max()) >= _INT64:
-        _refuse("bad_time", "t_ns exceeds 63 bits")
+    if values.dtype.kind == "u" and len(values) and int(values.max()) >= INT64:
+        refuse("bad_time", "t_ns exceeds 63 bits")
     return values.astype(np.int64)
 
 
 def _from_list(name: str, values: list[Any]) -> NDArray[Any]:
     if name == "t_ns":
-        if not all(type(value) is int and 0 <= value < _INT64 for value in values):
-            _refuse("bad_time", "t_ns must hold whole numbers of nanoseconds, 0 <= t_ns < 2^63")
+        if not all(type(value) is int and 0 <= value < INT64 for value in values):
+            refuse("bad_time", "t_ns must hold whole numbers of nanoseconds, 0 <= t_ns < 2^63")
         return np.array(values, dtype=np.int64)
     if not all(value is None or type(value) in (int, float) for value in values):
-        _refuse("bad_type", f"{name} must hold numbers, and null for an unusable sample")
+        refuse("bad_type", f"{name} must hold numbers, and null for an unusable sample")
     try:
         return np.array([np.nan if value is None else float(value) for value in values], dtype=np.float64)
     except OverflowError:
-        _refuse("infinite", f"{name} holds a number beyond float64")
+        refuse("infinite", f"{name} holds a number beyond float64")
 
 
 def _stamps(content: Mapping[str, Any], n: int) -> Stamps:
@@ -234,76 +224,3 @@ def _stamps(content: Mapping[str, Any], n: int) -> Stamps:
         stamps: Stamps = content["t_ns"]
         return stamps
     return np.arange(n, dtype=np.int64) * int(content["dt_ns"]) + int(content["t0_ns"])
-
-
-# --- the rules, the same for writing and reading --------------------------------------------------------------
-
-
-def _check(content: Mapping[str, Any]) -> int:
-    """Refuse what breaks a rule of version 1; return the number of samples."""
-    _check_names(content)
-    n = len(content["position"])
-    if n == 0:
-        _refuse("empty", "the block holds no samples")
-    for name in ("t_ns", *CHANNELS):
-        if name in content and content[name].shape != (n,):
-            _refuse("bad_length", f"{name} has {content[name].size} values, position has {n}")
-    for name in CHANNELS:
-        if name in content and np.isinf(content[name]).any():
-            _refuse("infinite", f"{name} holds an infinite value; an unusable sample is NaN (null in JSON)")
-    if content["seq"] + n > _INT64:
-        _refuse("bad_seq", "seq exceeds 63 bits")
-    _check_stamps(content, n)
-    return n
-
-
-def _check_names(content: Mapping[str, Any]) -> None:
-    if "v" not in content:
-        _refuse("missing_key", "v is missing; this is version 1")
-    if type(content["v"]) is not int or content["v"] != VERSION:
-        _refuse("bad_version", f"v is not {VERSION}, the version we read")
-    for name in content:
-        if name not in _KEYS:
-            _refuse("unknown_key", f"unknown key {name[:40]!r}; {nearest(name[:40], _KEYS)}")
-    for name in ("axis", "epoch", "seq", "position"):
-        if name not in content:
-            _refuse("missing_key", f"{name} is missing")
-    if ("torque" in content) == ("force" in content):
-        _refuse("missing_key", "exactly one of torque [N*m] and force [N] must be there")
-    if not isinstance(content["axis"], str):
-        _refuse("bad_id", "axis must be text")
-    try:
-        check_id("axis", content["axis"])
-    except ParameterError as error:
-        _refuse("bad_id", str(error)[:200])
-    for name in ("epoch", "seq"):
-        _check_whole(name, content[name], least=0, reason="bad_seq")
-
-
-def _check_whole(name: str, value: object, *, least: int, reason: str) -> None:
-    if type(value) is not int:
-        _refuse("bad_type", f"{name} is {type(value).__name__}, must be a whole number")
-    if not least <= value < _INT64:
-        _refuse(reason, f"{name} must be >= {least} and < 2^63")
-
-
-def _check_stamps(content: Mapping[str, Any], n: int) -> None:
-    if ("dt_ns" in content) == ("t_ns" in content):
-        _refuse("bad_time", "exactly one of dt_ns and t_ns must be there")
-    if "dt_ns" in content:
-        if "t0_ns" not in content:
-            _refuse("bad_time", "t0_ns is missing")
-        _check_whole("t0_ns", content["t0_ns"], least=0, reason="bad_time")
-        _check_whole("dt_ns", content["dt_ns"], least=1, reason="bad_time")
-        if content["t0_ns"] + content["dt_ns"] * (n - 1) >= _INT64:
-            _refuse("bad_time", "the last stamp exceeds 63 bits")
-        return
-    stamps = content["t_ns"]
-    if stamps[0] < 0:
-        _refuse("bad_time", "t_ns must be >= 0, Unix time in UTC")
-    if np.any(stamps[1:] <= stamps[:-1]):
-        _refuse("bad_time", "t_ns must be strictly increasing")
-    if "t0_ns" in content:
-        _check_whole("t0_ns", content["t0_ns"], least=0, reason="bad_time")
-        if content["t0_ns"] != stamps[0]:
-            _refuse("bad_time", "t0_ns must equal t_ns[0]: t_ns are full Unix stamps, not offsets")

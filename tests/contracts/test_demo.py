@@ -223,3 +223,17 @@ def read_all(terminal):
             parts.append(part)
     os.close(terminal)
     return b"".join(parts).decode()
+
+
+def test_it_ends_when_the_machine_has_dropped_samples(tmp_path):
+    """A dropped sample has no number: it is neither received nor missing, and must not be waited for."""
+    text = (ROOT / "plant" / "scenarios" / "bad_sensor.toml").read_text(encoding="utf-8")
+    text = text.replace("days = 60.0", "days = 1.0").replace("from_day = 40.0", "from_day = 0.0")
+    faults = text.split("[[fault]]\n")
+    kept = [faults[0], *(one for one in faults[1:] if "dropout_rate" in one or "[[ageing]]" in one)]
+    scenario = write(tmp_path / "drops.toml", "[[fault]]\n".join(kept))
+    done = tribowatch("demo", "--scenario", scenario, "--state-dir", tmp_path / "demo", "--json", timeout=120)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["stopped_by"] == "end"
+    assert 0 < result["figures"]["samples"] < 4 * 2000

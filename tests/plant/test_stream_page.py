@@ -12,7 +12,8 @@ import pytest
 
 from plant import keys
 from plant.acknowledgement import committed_seq
-from plant.wire import CBOR, JSON, REASONS, VERSION, decode_block
+from plant.wire import CBOR, JSON, REASONS, decode_block
+from plant.wire_rules import VERSION
 from plant.zenoh_session import open_session
 
 PAGE = (Path(__file__).parents[2] / "docs" / "stream.md").read_text(encoding="utf-8")
@@ -42,7 +43,7 @@ def wait_for(got, count):
 
 def test_the_python_publisher_of_the_page_runs_and_its_blocks_are_read(stream, tmp_path):
     endpoint, _, got = stream
-    (code,) = fenced("python")
+    code = fenced("python")[0]
     assert ENDPOINT in code
     assert len(code.strip().splitlines()) <= 22
     (tmp_path / "publisher.py").write_text(code.replace(ENDPOINT, endpoint), encoding="utf-8")

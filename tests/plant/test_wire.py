@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from plant.cbor_map import TypedArray, read_map
 from plant.errors import PayloadError
-from plant.wire import CBOR, CHANNELS, JSON, MAX_BYTES, REASONS, Block, decode_block, encode_block
+from plant.wire import CBOR, JSON, MAX_BYTES, REASONS, Block, decode_block, encode_block
+from plant.wire_rules import CHANNELS
 
 T0 = 1_800_000_000_000_000_000
 
