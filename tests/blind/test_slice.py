@@ -7,7 +7,7 @@ import pytest
 
 from plant.effects import CATALOGUE
 from tests.blind.__main__ import run, write_report
-from tests.blind.diagnosing import ask, locked
+from tests.blind.diagnosing import ask, ask_rivals, locked
 from tests.blind.frozen import digest, thresholds
 from tests.blind.plan import KINDS, draw_spec
 from tests.blind.rivals import METHODS, answers
@@ -216,6 +216,9 @@ def test_a_study_runs_is_resumed_and_reports(tmp_path):
     assert [path.stat().st_mtime_ns for path in answers] == stamps
     assert "2 cases scored" in write_report(study, 2)
     assert json.loads((tmp_path / "report.json").read_text())["cases"] == 2
+    said = ask_rivals(study.case(0), 200.0)
+    assert said["exit"] == 0, said["stderr"]
+    assert set(said["rivals"]) == set(METHODS)
     assert "sha256" in (tmp_path / "report.md").read_text()
     assert not any(path.name.endswith(".part") for path in (tmp_path / "answers").iterdir())
     assert len(json.loads((tmp_path / "scores.json").read_text())) == 2

@@ -19,7 +19,8 @@ from tests.reference.machine import run
 from tests.reference.parameters import ReferencePlant
 
 RUN_LENGTH = 1.0  # s
-REACHES = ((3e-5, 0.03), (3e-4, 0.05), (1e300, 0.12))  # noise up to [m]: reach to each side of a smoothed state [s]
+REACHES = (0.02, 0.03, 0.05, 0.08, 0.12, 0.18)  # s to each side of a smoothed state; the widest that fits is taken
+FITS = 1.25  # times the sensor's noise: residual of a parabola that fits
 HELD_OUT = 0.4  # of the last recording, where it has no second one of its state
 FINE = 1e-3  # s: grid of the force
 STEP = 2e-4  # s of the automaton: 0.1 um, far below any noise here
@@ -36,10 +37,10 @@ def criterion(case: Case) -> float:
     stiff = {"presliding_hysteresis", "backlash", "transmission_compliance"} & set(plant.effects)
     first = 0 if case.spec.recordings > 1 else round((1.0 - HELD_OUT) * len(t))
     mean = float(position[first:].mean())
-    reach = next(span for most, span in REACHES if case.spec.noise <= most)
+    noise = _noise(position)
     square = spread = 0.0
     for a, b in _pieces(t, first):
-        y, v = _state(t, position, a, first, reach)
+        y, v = _state(t, position, a, first, noise)
         own = slice(int(np.searchsorted(fine, t[a])), int(np.searchsorted(fine, t[b - 1])) + 2)
         stamps = np.concatenate([[t[a]], fine[own][fine[own] > t[a]]])
         forces = np.concatenate([driven[own][:1], driven[own][fine[own] > t[a]]])
@@ -49,6 +50,12 @@ def criterion(case: Case) -> float:
         square += float(np.sum((position[a:b] - predicted) ** 2))
         spread += float(np.sum((position[a:b] - mean) ** 2))
     return square / max(spread, 1e-300)
+
+
+def _noise(position: np.ndarray) -> float:
+    """Standard deviation of white noise, from differences of the third order. [m]"""
+    third = np.diff(position, 3)
+    return float(np.sqrt(np.median(third**2) / 0.4549 / 20.0))
 
 
 def _pieces(t: np.ndarray, first: int) -> list[tuple[int, int]]:
@@ -62,13 +69,21 @@ def _pieces(t: np.ndarray, first: int) -> list[tuple[int, int]]:
     return [(a, b) for a, b in itertools.pairwise(edges) if b - a >= 5]
 
 
-def _state(t: np.ndarray, position: np.ndarray, at: int, first: int, reach: float) -> tuple[float, float]:
-    """Position and velocity at sample `at` by a parabola through the samples around it."""
-    near = np.flatnonzero(np.abs(t - t[at]) <= reach)
-    near = near[near >= first] if len(near[near >= first]) >= 4 else np.arange(at, min(at + 5, len(t)))
-    u = t[near] - t[at]
-    fitted = np.polynomial.polynomial.polyfit(u, position[near], min(2, len(near) - 2))
-    return float(fitted[0]), float(fitted[1])
+def _state(t: np.ndarray, position: np.ndarray, at: int, first: int, noise: float) -> tuple[float, float]:
+    """Position and velocity at sample `at` by the widest parabola that fits the samples around it to their noise."""
+    best = (float(position[at]), 0.0)
+    for reach in REACHES:
+        near = np.flatnonzero(np.abs(t - t[at]) <= reach)
+        near = near[near >= first]
+        if len(near) < 4:
+            continue
+        u = t[near] - t[at]
+        fitted = np.polynomial.polynomial.polyfit(u, position[near], 2)
+        left = position[near] - np.polynomial.polynomial.polyval(u, fitted)
+        if best[1] != 0.0 and np.sqrt(left @ left / max(len(near) - 3, 1)) > FITS * noise:
+            break
+        best = float(fitted[0]), float(fitted[1])
+    return best
 
 
 def _without_memory(
