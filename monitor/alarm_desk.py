@@ -13,6 +13,7 @@ from monitor.axis_run import AxisRun
 from monitor.config import Config
 from monitor.drift import Finding, Kind
 from monitor.errors import QueryError
+from monitor.evidence_keeper import EvidenceKeeper, risen_at
 from monitor.judgement import apply, command, tick
 from monitor.query_rows import transition_dict
 from monitor.store import Store
@@ -28,6 +29,7 @@ class AlarmDesk:
     def __init__(self, config: Config, store: Store, publish: Publish | None, wall: Callable[[], int]) -> None:
         """`wall` is Unix time [ns]: staleness has no event to take its time from. `publish` None = tell nobody yet."""
         self._config, self._store, self._publish, self._wall = config, store, publish, wall
+        self.keeper = EvidenceKeeper(config, store)
         settings = config.alarms
         self._rule = AlarmRule(
             on_count=settings.on_windows,
@@ -107,17 +109,23 @@ class AlarmDesk:
         if stale == (known is not None and known.alarm.active) or (run.heard is None and not stale):
             return
         evidence = {"silent_ns": round(silence * 1e9), "last_ns": run.record.last_ns}
-        finding = Finding(Kind.STALE, stale, evidence if stale else {})
+        finding, now_ns = Finding(Kind.STALE, stale, evidence if stale else {}), self._wall()
         touched, changes = apply(
             self._config.site,
             run.record.name,
             run.alarms,
             [finding],
-            self._wall(),
+            now_ns,
             self.rule_of,
             release_ns=self._now_ns(run),
         )
-        self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+        self._settle(run, touched, changes, now_ns)
+
+    def _settle(self, run: AxisRun, touched: list[AlarmRecord], changes: list[Change], now_ns: int) -> None:
+        """Store what moved without a window, tell of it, and keep what it rests on."""
+        ids = self._store.save_alarms(run.record.id, touched, changes)
+        self.tell(run, ids, changes)
+        self.keeper.keep(run, risen_at(touched, now_ns), ids, changes)
 
     def watch_quality(self, run: AxisRun) -> None:
         """Raise data_quality for an axis that sends and yet cannot be watched; its next good windows end it."""
@@ -128,7 +136,7 @@ class AlarmDesk:
         finding = Finding(Kind.DATA_QUALITY, True, {"windows": 0, "reason": complaint})
         now_ns = run.record.last_ns or self._wall()
         touched, changes = self.observe(run, [finding], now_ns)
-        self.tell(run, self._store.save_alarms(run.record.id, touched, changes), changes)
+        self._settle(run, touched, changes, now_ns)
 
     def command(self, run: AxisRun, kind: str, event: Event, author: str, for_ns: int | None = None) -> bool:
         """An operator's command (acknowledge, shelve, ...); False where it changes nothing.

@@ -6,7 +6,7 @@ import dataclasses
 import enum
 from typing import Any
 
-from plant.axis import Axis
+from plant.axis import Axis, Drive, Mechanics, Orientation, Sensor, Stream, TorqueHold
 
 UNITS = {
     "mechanics.M": "kg",
@@ -34,6 +34,22 @@ def _plain(value: Any) -> Any:
     if isinstance(value, enum.Enum):
         return value.value
     return list(value) if isinstance(value, tuple) else value
+
+
+def axis_of(name: str, constants: dict[str, Any]) -> Axis:
+    """The axis that `constants_of` was asked about, without its recordings."""
+    mechanics = dict(constants["mechanics"])
+    mechanics["orientation"] = Orientation(mechanics["orientation"])
+    mechanics["travel"] = None if mechanics["travel"] is None else tuple(mechanics["travel"])
+    stream = {**constants["stream"], "hold": TorqueHold(constants["stream"]["hold"])}
+    return Axis(
+        name,
+        Mechanics(**mechanics),
+        Drive(**constants["drive"]),
+        Sensor(**constants["sensor"]),
+        Stream(**stream),
+        constants["analysis_sample_time"],
+    )
 
 
 def differences(old: dict[str, Any], new: dict[str, Any]) -> list[str]:

@@ -12,6 +12,7 @@ from monitor.axis_run import AxisRun
 from monitor.config import Config
 from monitor.drift import Finding, indicators, judge
 from monitor.estimate import Estimate
+from monitor.evidence_keeper import risen_at
 from monitor.payloads import estimate_payload, model_payload
 from monitor.room import Room
 from monitor.store import Store
@@ -29,6 +30,7 @@ class Conclusion:
 
     def conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
         """Judge one answer, store it with everything it changed, then tell."""
+        before = run.drift
         findings, watched = self._judge(run, estimate)
         run.record.drift = run.drift.to_dict()
         name = run.record.name
@@ -39,6 +41,9 @@ class Conclusion:
         if estimate.verdict == "identified":
             self._publish("model", name, model_payload(self._config.site, name, estimate, run.axis))
         self._alarms.tell(run, ids, changes)
+        risen = risen_at(touched, estimate.window.end_ns)
+        if risen and not self._room.scarce:
+            self._alarms.keeper.keep(run, risen, ids, changes, (estimate, before))
 
     def _judge(self, run: AxisRun, estimate: Estimate) -> tuple[list[Finding], list[dict[str, Any]]]:
         """Drift; an error of ours there must not cost the answer, nor stop the other axes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from monitor.cli import axes_life
 from monitor.cli.alerts import alerts_app, alerts_list_command
 from monitor.cli.alerts_act import ACTIONS, make_command, shelve_command
+from monitor.cli.alerts_evidence import evidence_command, replay_evidence_command
 from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.axes_check import axes_check_command
@@ -36,6 +37,8 @@ alerts_app.command("list")(alerts_list_command)
 alerts_app.command("shelve")(shelve_command)
 for action, explanation in ACTIONS.items():
     alerts_app.command(action)(make_command(action, explanation))
+alerts_app.command("evidence")(evidence_command)
+alerts_app.command("replay-evidence")(replay_evidence_command)
 app.add_typer(alerts_app)
 axes_app.command("init")(axes_init_command)
 axes_app.command("check")(axes_check_command)
