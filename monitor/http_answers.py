@@ -75,6 +75,12 @@ def diagnoses(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
     return {"axis": path["axis"], "diagnoses": reader.diagnoses(path["axis"], limit=limit)}
 
 
+def diagnosis(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
+    """One diagnosis with its figures, where they were kept."""
+    questions.refuse_unknown("diagnosis", asked, ())
+    return reader.diagnosis(path["axis"], questions.whole(path, "number", 1))
+
+
 def evidence(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
     """Bundles of evidence kept for the axis; each is at /evidence/NUMBER."""
     questions.refuse_unknown("evidence", asked, ("limit",))
@@ -93,6 +99,7 @@ ANSWERS: dict[str, Answer] = {
     "/axes/{axis}/events": events,
     "/axes/{axis}/versions": versions,
     "/axes/{axis}/diagnoses": diagnoses,
+    "/axes/{axis}/diagnoses/{number}": diagnosis,
     "/axes/{axis}/evidence": evidence,
     "/alerts": alerts,
 }

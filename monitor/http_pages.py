@@ -25,6 +25,8 @@ PAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "/alerts": ("alerts", "Alerts", ("/alerts",)),
     "/system": ("system", "System", ("/status",)),
     "/axes/{axis}": ("axis", "{axis}", ("/axes/{axis}",)),
+    "/diagnoses/{axis}": ("diagnoses", "Diagnoses of {axis}", ("/axes/{axis}/diagnoses",)),
+    "/diagnoses/{axis}/{number}": ("diagnosis", "Diagnosis of {axis}", ("/axes/{axis}/diagnoses/{number}",)),
     "/alerts/{axis}/{kind}": ("alert", "{kind} of {axis}", ("/axes/{axis}/alerts",)),
 }
 

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from sqlalchemy import select
+
+from monitor.errors import UnknownError
+from monitor.models_life import DiagnosisRow
+from monitor.picture_values import figures_of
 from monitor.queries import Reader
 from monitor.query_fleet import fleet
 from monitor.query_watch import curves, watched
 from monitor.questions import POINTS
+from monitor.times import iso
 
 
 class PageReader(Reader):
@@ -22,6 +28,28 @@ class PageReader(Reader):
         """Friction against speed of `axis`: now and when it was healthy."""
         with self._read() as db:
             return {"axis": axis, **curves(db, self._axis_row(db, axis))}
+
+    def diagnosis(self, axis: str, number: int) -> dict[str, Any]:
+        """One diagnosis of `axis` with the figures of its evidence; the pictures themselves stay here.
+
+        Raises:
+            UnknownError: there is none of this number.
+        """
+        with self._read() as db:
+            mine = DiagnosisRow.axis_id == self._axis_row(db, axis)["id"]
+            row = db.execute(select(DiagnosisRow.__table__).where(mine, DiagnosisRow.id == number)).mappings().first()
+        if row is None:
+            raise UnknownError(f"axis {axis!r} has no diagnosis number {number}; /axes/{axis}/diagnoses lists them")
+        result = dict(row["result"])
+        pictures = result.pop("pictures", None)
+        return {
+            "number": row["id"],
+            "axis": axis,
+            "result": result,
+            "figures": figures_of(pictures, result.get("location")),
+            **{name: iso(row[f"{name}_ns"]) for name in ("at", "from", "to")},
+            **{name: row[name] for name in ("verdict", "windows", "seed", "software", "seconds")},
+        }
 
     def watched(
         self,

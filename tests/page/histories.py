@@ -1,14 +1,19 @@
 """A history as a daemon would have left it, without the cost of identification: estimates, judged by the real watch."""
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 
+from identify.mismatch.pictures import Accrual, Halves, Map, Pictures, Prediction
 from monitor.alarms import AlarmRule
 from monitor.drift import DriftRule, DriftState, indicators, judge
 from monitor.estimate import Parameter
 from monitor.judgement import apply
+from monitor.picture_values import picture_values
 from monitor.store import Store
+from monitor.store_records import DiagnosisRecord
 from monitor.windows import Outcome, StreamState, Window, WindowId
 from plant.presets import paper_axis
 from tests.monitor.estimates import DAY_NS, LAW, estimate
@@ -68,11 +73,35 @@ def wearing(k):
     return 1.0 + max(0, k - 40) * 0.005
 
 
+def write_diagnosis(store, axis):
+    """A diagnosis of `axis` as the daemon stores one: its JSON, and the pictures beside it. Gives its number."""
+    record = store.register([axis])[axis.name]
+    rng = np.random.default_rng(0)
+    middle = np.linspace(0.1, 1.9, 48)
+    bump = 40 * np.exp(-(((middle - 0.62) / 0.05) ** 2))
+    noise = [Halves(*rng.standard_normal((3, 48))) for _ in range(2)]
+    before = dataclasses.replace(noise[0], odd=noise[0].odd + bump)
+    t = np.arange(400) * 0.01
+    pictures = Pictures(
+        maps=(Map("position", "m", middle, before, noise[1]),),
+        accrual=Accrual(t, np.linspace(0, 300, 400), middle, bump),
+        prediction=Prediction(t, np.repeat([0, 1, 2, 3], 100), np.sin(t), 1e-3 * np.cos(t), 1e-4 * np.cos(t)),
+        tried=(), screened=(), friction={}, samples={"fitted": 400, "unseen": 400}, sample_time=0.01,
+        position_unit="m", force_unit="N",
+    )  # fmt: skip
+    result = json.loads((Path(__file__).parent / "diagnosis.json").read_text())
+    result["pictures"] = picture_values(pictures)
+    last = record.last_ns
+    seen = DiagnosisRecord(last, START_NS, last, "explained", result, [[1, 0, SAMPLES]], 0, "0.1.0", 4.2)
+    return store.add_diagnosis(record.id, seen)
+
+
 def write_history(path, *, worn=("axis-2",), healthy=("axis-1",), windows=80):
     """A database at `path` with healthy and worn axes, and one that never sent anything."""
     store = Store(f"sqlite:///{path}")
     for number, name in enumerate((*worn, *healthy)):
         write_axis_history(store, named(name), windows, wearing if name in worn else lambda _: 1.0, seed=number)
+    write_diagnosis(store, named(worn[0]))
     names = (*worn, *healthy, "axis-new")
     store.register([named(name) for name in names])
     store.close()

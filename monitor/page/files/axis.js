@@ -135,6 +135,7 @@ function notes(told, events) {
   const did = events.slice().reverse().map((one) => [moment(one.at), words(one.kind), one.text, one.author, one.new_baseline ? 'learned anew' : '']);
   put(parts.notes,
     el('h2', {}, 'Alerts'), alerts.length ? table(['kind', 'state', 'since (UTC)', 'finding'], alerts, { class: 'cards' }) : el('p', { class: 'soft' }, 'None was ever raised for this axis.'),
+    el('p', {}, el('a', { href: `/diagnoses/${encodeURIComponent(axis)}` }, 'Diagnoses of this axis')),
     el('h2', {}, 'Maintenance'), did.length ? table(['when (UTC)', 'kind', 'what', 'who', ''], did, { class: 'cards' }) : el('p', { class: 'soft' }, 'Nothing is noted.'),
     axisButtons(axis, again) ?? '',
   );
