@@ -72,6 +72,10 @@ export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 /** `value` with significant digits; a dash where there is none. */
 export function number(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
+  if (value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e7)) {
+    const [mantissa, power] = value.toExponential(digits - 1).split('e');
+    return `${mantissa}·10${[...String(Number(power))].map((one) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(one)]).join('')}`.replace('-', '−');
+  }
   const text = value.toPrecision(digits);
   const plain = text.includes('e') ? Number(text).toLocaleString('en', { maximumSignificantDigits: digits, useGrouping: false }) : text;
   return plain.length > 12 ? value.toExponential(digits - 1) : plain.replace('-', '−');

@@ -1,5 +1,5 @@
 // One diagnosis: the verdict, what is left out and how big it is, where it shows, the proof on unseen data, what else fits.
-import { capital, el, figures, get, linkTo, main, moment, number, problem, put, quantity, table, unit, words } from './common.js';
+import { capital, el, figures, follow, get, linkTo, main, moment, number, problem, put, quantity, table, unit, words } from './common.js';
 import { draw, place } from './charts.js';
 
 const [axis, numberText] = location.pathname.split('/').slice(2).map(decodeURIComponent);
@@ -83,3 +83,4 @@ async function load() {
 }
 
 await load();
+follow(() => {});
