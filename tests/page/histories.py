@@ -21,6 +21,7 @@ from tests.monitor.estimates import DAY_NS, LAW, estimate
 SITE = "test-site"
 START_NS = 1_767_225_600 * 10**9  # 2026-01-01
 SAMPLES = 2000
+RULE = DriftRule()
 UNITS = {"coulomb_force": "N", "static_force": "N", "stribeck_velocity": "m/s", "viscous_coefficient": "N*s/m"}
 WORDS = ("coulomb", "static", "stribeck", "viscous")
 
@@ -56,10 +57,10 @@ def write_axis_history(store, axis, windows, growth=lambda _: 1.0, seed=0, every
     rows = store.commit([(record, Outcome(windows=[one.window for one in answers]))])
     state, alarms = DriftState(), {}
     for one, (_, row, _) in zip(answers, rows, strict=True):
-        state, findings = judge(state, one, DriftRule())
+        state, findings = judge(state, one, RULE)
         record.drift = state.to_dict()
         touched, changes = apply(SITE, axis.name, alarms, findings, one.window.end_ns, lambda _: AlarmRule())
-        store.mark_told(store.save(record, row, one, indicators(state, one), touched, changes))
+        store.mark_told(store.save(record, row, one, indicators(state, one, RULE), touched, changes))
     return alarms
 
 

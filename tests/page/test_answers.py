@@ -76,7 +76,7 @@ def test_every_address_is_documented_and_answers(served):
     for path in [*ANSWERS, "/status", "/events", "/axes/{axis}/commands/{action}"]:
         assert f"`/api/v1{path}`" in page, f"{path} is not documented"
     for path in ANSWERS:
-        content = get(served, path.format(axis="axis-1"))
+        content = get(served, path.format(axis="axis-2", number=1))
         assert content["schema_version"] == 1
     assert get(served, "/status")["axes"]["listed"] == 3
 

@@ -8,7 +8,7 @@ const plot = place(340);
 const parts = { head: el('div'), figures: el('div'), chart: el('section'), evidence: el('section'), audit: el('section') };
 
 // what is not a number worth a row of its own: drawn, or said in the text
-const DRAWN = new Set(['speeds', 'baseline', 'now_low', 'now_high', 'rivals', 'shapes', 'relative_ci95', 'unit', 'speed_unit']);
+const DRAWN = new Set(['speeds', 'baseline', 'now_low', 'remaining', 'cause', 'size', 'indicator_unit', 'indicator_baseline', 'indicator_now', 'indicator_error', 'now_high', 'rivals', 'shapes', 'relative_ci95', 'unit', 'speed_unit']);
 
 function rivals(evidence) {
   const found = Object.entries(evidence.rivals ?? {}).sort((a, b) => b[1] - a[1]);
@@ -18,14 +18,29 @@ function rivals(evidence) {
 
 // names of the evidence that want more words than their own
 const LABELS = {
-  indicator: 'chart that passed its threshold', direction: 'its direction', height: 'how far it has come, of its threshold', score: 'weight of this class against its rivals',
+  indicator: 'number that says it most clearly', level: 'evidence, of what is needed', averaged: 'windows averaged', baseline_scatter: 'scatter of a healthy window',
+  baseline_error: 'how well the baseline is known', corrected_for: 'corrected for', min_change: 'smallest change that is told', hop_stretched: 'times fewer windows than usual', direction: 'its direction', height: 'how far it has come, of its threshold', score: 'weight of this class against its rivals',
   shape: 'shape of the change over speed', since_ns: 'since (UTC)', until_ns: 'until (UTC)', baseline_windows: 'windows of the baseline', before: 'before', now: 'now',
   false_alarms_per_axis_year: 'false alarms allowed per axis and year', silent_ns: 'silent for', last_ns: 'latest sample (UTC)', reason: 'reason', deviation: 'deviation in scatters',
 };
-const SHARES = new Set(['height', 'score', 'relative']);
+const SHARES = new Set(['height', 'score', 'relative', 'baseline_scatter', 'baseline_error', 'min_change']);
+
+/** The number behind the alarm with where it was and is. */
+function indicator(known) {
+  if (known.indicator_now === undefined) return known.indicator;
+  return `${known.indicator}: ${number(known.indicator_baseline, 4)} → ${number(known.indicator_now, 4)} ± ${number(known.indicator_error, 2)} ${unit(known.indicator_unit)}`;
+}
+
+/** When the limit is reached at this pace, or why nobody can tell. */
+function remaining(known) {
+  const left = known.remaining;
+  if (!left) return null;
+  if (left.refused) return el('p', { class: 'soft' }, `No projection: ${left.refused}.`);
+  return el('p', {}, `At this pace friction is ${number(100 * left.limit, 2)} % above its baseline in `, el('span', { class: 'num' }, `${number(left.days, 2)} days`), el('span', { class: 'ci' }, ` 95 %: ${number(left.days_low, 2)} to ${number(left.days_high, 2)}`), '.');
+}
 
 function labelled(name, one, known) {
-  const shown = SHARES.has(name) && typeof one === 'number' ? `${(100 * one).toFixed(0)} %` : value(name, one);
+  const shown = SHARES.has(name) && typeof one === 'number' ? `${number(100 * one, 2)} %` : name === 'indicator' ? indicator(known) : value(name, one);
   const unitOf = ['before', 'now'].includes(name) && typeof one === 'number' ? ` ${unit(known.unit ?? '')}` : name === 'speed' ? ` ${unit(known.speed_unit ?? '')}` : '';
   return [LABELS[name] ?? words(name), `${shown}${unitOf}`];
 }
@@ -49,7 +64,7 @@ function evidence(alert) {
     middle !== null ? [`${number(known.now[middle], 4)} ${unit(known.unit)}`, 'friction there when last judged'] : null,
     known.windows !== undefined ? [String(known.windows), 'windows say so'] : null,
   ) : null);
-  put(parts.evidence, rivals(known), rows.length ? [el('h2', {}, 'Evidence in numbers'), table(['what', 'value'], rows)] : null);
+  put(parts.evidence, remaining(known), rivals(known), rows.length ? [el('h2', {}, 'Evidence in numbers'), table(['what', 'value'], rows)] : null);
   if (known.speeds && known.now) {
     if (!plot.isConnected) put(parts.chart,el('h2', {}, 'Friction against speed'), plot);
     draw(plot, { data: [
