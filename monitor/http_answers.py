@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from monitor import questions
-from monitor.queries_page import PageReader
+from monitor.query_page import PageReader
 from monitor.questions import POINTS, RANGE, SCHEMA_VERSION
 
 Words = Mapping[str, str]

@@ -34,7 +34,7 @@ from monitor.tokens import LOCAL, Visitor
 from plant.errors import InputError, ReachError
 
 if TYPE_CHECKING:
-    from monitor.queries_page import PageReader
+    from monitor.query_page import PageReader
 
 log = structlog.get_logger()
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from monitor.queries_page import PageReader
+from monitor.query_page import PageReader
 from plant.errors import ReachError
 
 THREADS = 2
