@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from sqlalchemy import Connection, select
 
 from monitor.alarms import State
 from monitor.errors import QueryError, UnknownError
-from monitor.models import AlarmRow, AxisRow, TransitionRow
+from monitor.models import AlarmRow, AxisRow, EstimateRow, ParameterRow, TransitionRow
 from monitor.query_life import LifeReader
 from monitor.query_rows import (
     POINTS,
@@ -25,6 +26,7 @@ from monitor.times import iso
 from plant.axis_schema import nearest
 
 MAX_POINTS = 20_000
+PLAIN = ("unit", "value", "identifiable", "at_bound", "axis_version", "seed", "software", "data_sha256")
 
 
 class Reader(LifeReader):
@@ -81,14 +83,9 @@ class Reader(LifeReader):
         """
         if not 1 <= points <= MAX_POINTS:
             raise QueryError(f"points is {points}, but must be 1 to {MAX_POINTS}")
-        if since_ns is not None and from_ns is not None:
-            raise QueryError("since and from exclude each other: give one")
         with self._read() as db:
             row = self._axis_row(db, axis)
-            if since_ns is not None and row["last_ns"] is not None:
-                from_ns = row["last_ns"] - since_ns
-            if from_ns is not None and to_ns is not None and from_ns > to_ns:
-                raise QueryError(f"from {iso(from_ns)} is later than to {iso(to_ns)}")
+            from_ns = _begin(row, since_ns, from_ns, to_ns)
             names = self._parameter_names(db, row["id"], axis, parameter)
             series = {name: series_of(db, row["id"], name, from_ns, to_ns, points) for name in names}
             return {
@@ -100,6 +97,39 @@ class Reader(LifeReader):
                 "verdicts": verdicts_of(db, row["id"], from_ns, to_ns),
                 "gaps": gaps_of(db, row["id"], from_ns, to_ns),
             }
+
+    def answers(
+        self,
+        axis: str,
+        *,
+        parameter: str | None = None,
+        since_ns: int | None = None,
+        from_ns: int | None = None,
+        to_ns: int | None = None,
+    ) -> Iterator[dict[str, Any]]:
+        """Every parameter of every answer, one by one, oldest first: the rows of an export. Bounds as in `history`."""
+        columns = (*ParameterRow.__table__.columns, EstimateRow.axis_version, EstimateRow.seed)
+        with self._read() as db:
+            row = self._axis_row(db, axis)
+            from_ns = _begin(row, since_ns, from_ns, to_ns)
+            names = self._parameter_names(db, row["id"], axis, parameter)
+            query = (
+                select(*columns, EstimateRow.software, EstimateRow.data_sha256)
+                .join(EstimateRow, EstimateRow.window_id == ParameterRow.window_id)
+                .where(ParameterRow.axis_id == row["id"], *between(EstimateRow.end_ns, from_ns, to_ns))
+                .where(EstimateRow.axis_id == row["id"], ParameterRow.name.in_(names))
+                .order_by(EstimateRow.end_ns, ParameterRow.name)
+            )
+            streamed = db.execution_options(yield_per=5000).execute(query).mappings()
+            for one in streamed:
+                yield {
+                    "t_ns": one["end_ns"],
+                    "time": iso(one["end_ns"]),
+                    "parameter": one["name"],
+                    "ci95_low": one["low"],
+                    "ci95_high": one["high"],
+                    **{name: one[name] for name in PLAIN},
+                }
 
     def _parameter_names(self, db: Connection, axis_id: int, axis: str, wanted: str | None) -> list[str]:
         known = names_of(db, axis_id)
@@ -150,3 +180,14 @@ class Reader(LifeReader):
             query = query.where(*between(TransitionRow.at_ns, from_ns, to_ns))
             rows = db.execute(query.order_by(TransitionRow.id.desc()).limit(limit)).mappings().all()
         return [transition_dict(row["name"], row) for row in reversed(rows)]
+
+
+def _begin(row: Any, since_ns: int | None, from_ns: int | None, to_ns: int | None) -> int | None:
+    """First event time of a range: given, or counted back from the axis' latest sample. [ns]"""
+    if since_ns is not None and from_ns is not None:
+        raise QueryError("since and from exclude each other: give one")
+    if since_ns is not None and row["last_ns"] is not None:
+        from_ns = row["last_ns"] - since_ns
+    if from_ns is not None and to_ns is not None and from_ns > to_ns:
+        raise QueryError(f"from {iso(from_ns)} is later than to {iso(to_ns)}")
+    return from_ns

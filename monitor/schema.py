@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from alembic import command
 from alembic.config import Config as AlembicConfig
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine
 
-from monitor.database import explained
+from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
 
 
@@ -33,8 +35,35 @@ def migrate(engine: Engine, url: str, revision: str = "head") -> None:
         command.upgrade(alembic_config(connection), revision)
 
 
-def check_version(connection: Connection, url: str, *, must_be_current: bool = False) -> None:
-    """Refuse a database whose schema this program does not know.
+@dataclass(frozen=True, slots=True)
+class Schema:
+    """Where a database stands: its revision (None = empty), the newest one, and what each step between brings."""
+
+    current: str | None
+    head: str
+    pending: tuple[str, ...]
+
+
+def schema_of(url: str) -> Schema:
+    """Look at the database at `url` without changing it.
+
+    Raises:
+        DatabaseError: it cannot be opened, or was written by a newer program.
+    """
+    engine = make_engine(url, read_only=True)
+    try:
+        with explained(url), engine.begin() as connection:
+            current = check_version(connection, url)
+    finally:
+        engine.dispose()
+    scripts = ScriptDirectory.from_config(alembic_config())
+    head = scripts.get_current_head() or ""
+    steps = [] if current == head else list(scripts.iterate_revisions(head, current or "base"))
+    return Schema(current, head, tuple(f"{step.revision} {step.doc}" for step in reversed(steps)))
+
+
+def check_version(connection: Connection, url: str, *, must_be_current: bool = False) -> str | None:
+    """Refuse a database whose schema this program does not know; its revision, None for an empty one.
 
     Raises:
         DatabaseError: written by a newer program; or, with `must_be_current`, empty or by an older one.
@@ -46,4 +75,5 @@ def check_version(connection: Connection, url: str, *, must_be_current: bool = F
     if current is not None and current not in known:
         raise DatabaseError(f"{where}: schema {current!r} is newer than this program knows; upgrade tribowatch")
     if must_be_current and current != scripts.get_current_head():
-        raise DatabaseError(f"{where}: schema {current!r} is older than this program; start the daemon to upgrade it")
+        raise DatabaseError(f"{where}: schema {current!r} is older than this program: tribowatch upgrade")
+    return current

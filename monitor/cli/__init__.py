@@ -16,12 +16,14 @@ from monitor.cli.demo import demo_command
 from monitor.cli.diagnose import diagnose_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_app, history_show_command
+from monitor.cli.history_keep import backup_command, restore_command
 from monitor.cli.identify import identify_command
 from monitor.cli.record import record_command
 from monitor.cli.replay import replay_command
 from monitor.cli.run import run_command
 from monitor.cli.simulate import simulate_command
 from monitor.cli.token import token_app
+from monitor.cli.upgrade import upgrade_command
 
 app.command("demo")(demo_command)
 app.command("run")(run_command)
@@ -32,7 +34,10 @@ app.command("replay")(replay_command)
 app.command("record")(record_command)
 app.command("bridge")(bridge_command)
 history_app.command("show")(history_show_command)
+history_app.command("backup")(backup_command)
+history_app.command("restore")(restore_command)
 app.add_typer(history_app)
+app.command("upgrade")(upgrade_command)
 alerts_app.command("list")(alerts_list_command)
 alerts_app.command("shelve")(shelve_command)
 for action, explanation in ACTIONS.items():

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from monitor.cli.options import AsCsv, AsJson, ConfigFile, DefaultGroup, StateDir, one_format, open_history
+
+if TYPE_CHECKING:
+    from monitor.queries import Reader
 
 FIRST = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient", "constant_force", "moving_mass")
 DETAIL_ROWS = 12  # latest points shown when one parameter is asked for
@@ -33,6 +37,10 @@ def history_show_command(
     ] = None,
     end: Annotated[str | None, typer.Option("--to", help="Up to this time (UTC).", show_default=False)] = None,
     points: Annotated[int, typer.Option(help="At most so many points per parameter; more are summed up.")] = 500,
+    export: Annotated[
+        Path | None,
+        typer.Option("--export", help="Write every answer, one by one, to this .csv or .parquet.", show_default=False),
+    ] = None,
     config: ConfigFile = None,
     state_dir: StateDir = None,
     as_json: AsJson = False,
@@ -42,15 +50,17 @@ def history_show_command(
     one_format(as_json, as_csv)
     from monitor.times import parse_duration, parse_time
 
+    asked: dict[str, Any] = {
+        "parameter": parameter,
+        "since_ns": parse_duration(since) if since else None,
+        "from_ns": parse_time(begin) if begin else None,
+        "to_ns": parse_time(end) if end else None,
+    }
     with open_history(config, state_dir) as reader:
-        found = reader.history(
-            axis,
-            parameter=parameter,
-            since_ns=parse_duration(since) if since else None,
-            from_ns=parse_time(begin) if begin else None,
-            to_ns=parse_time(end) if end else None,
-            points=points,
-        )
+        if export is not None:
+            _export(reader, axis, asked, export, as_json)
+            return
+        found = reader.history(axis, **asked, points=points)
     if as_json:
         from monitor.cli.output import emit_json
 
@@ -61,6 +71,17 @@ def history_show_command(
         emit_csv(CSV_HEADER, csv_rows(found))
     else:
         _show(found, detail=parameter is not None)
+
+
+def _export(reader: Reader, axis: str, asked: dict[str, Any], path: Path, as_json: bool) -> None:
+    from monitor.cli.output import emit_json, screen
+    from monitor.export_files import export
+
+    rows = export(reader.answers(axis, **asked), path)
+    if as_json:
+        emit_json({"file": str(path), "rows": rows})
+    else:
+        screen().print(f"{path}: {rows} rows")
 
 
 def csv_rows(found: dict[str, Any]) -> list[tuple[Any, ...]]:

@@ -47,15 +47,28 @@ def open_history(config_file: Path | None, state_dir: Path | None) -> Reader:
         ConfigError: the configuration cannot be used.
         DatabaseError: no history there, or it cannot be read.
     """
-    from monitor.errors import DatabaseError
     from monitor.queries import Reader
 
+    return Reader(history_url(config_file, state_dir)[0])
+
+
+def history_url(config_file: Path | None, state_dir: Path | None, *, must_exist: bool = True) -> tuple[str, Path]:
+    """URL of the history and the daemon's folder, found as `open_history` does.
+
+    Raises:
+        ConfigError: the configuration cannot be used.
+        DatabaseError: no history there, though there must be one.
+    """
+    from monitor.errors import DatabaseError
+
     if state_dir is None and config_file is not None:
-        return Reader(read_configuration(config_file).database_url)
-    path = (state_dir or Path("var")).resolve() / "tribowatch.db"
-    if not path.exists():
+        config = read_configuration(config_file)
+        return config.database_url, config.state_dir
+    folder = (state_dir or Path("var")).resolve()
+    path = folder / "tribowatch.db"
+    if must_exist and not path.exists():
         raise DatabaseError(f"{path}: no history here; say where the daemon keeps it: --state-dir DIR or --config FILE")
-    return Reader(f"sqlite:///{path}")
+    return f"sqlite:///{path}", folder
 
 
 def read_configuration(path: Path) -> Config:

@@ -138,6 +138,7 @@ def fill(url, times_ns, values, name="axis-1"):
     """Answers at `times_ns`, some without interval."""
     store = Store(url)
     axis = store.register([dataclasses.replace(paper_axis(), name=name)])[name]
+    axis.last_ns = int(times_ns[-1])
     windows = [Window(WindowId(1, k * 10, 10), int(t) - 10**9, int(t)) for k, t in enumerate(times_ns)]
     for k, (_, row, window) in enumerate(store.commit([(axis, Outcome(windows=windows))])):
         bounds = (float(values[k]) - 1, float(values[k]) + 2) if k % 4 else (None, None)
