@@ -18,8 +18,8 @@ def backup_command(
     """Copy the whole history to FILE, as of one moment; the daemon may run on."""
     from rich.progress import Progress
 
-    from monitor.backup_files import back_up
     from monitor.cli.output import emit_json, screen
+    from monitor.store_backup import back_up
 
     url, _ = history_url(config, state_dir)
     console = screen(stderr=True)
@@ -40,9 +40,9 @@ def restore_command(
     as_json: AsJson = False,
 ) -> None:
     """Put the back-up FILE in the place of the history; what was there is moved aside. No daemon may run there."""
-    from monitor.backup_files import restore
     from monitor.cli.output import emit_json, screen
     from monitor.service import own
+    from monitor.store_backup import restore
 
     url, folder = history_url(config, state_dir, must_exist=False)
     if not yes:

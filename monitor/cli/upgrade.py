@@ -28,7 +28,7 @@ def upgrade_command(
 
         with own(folder):
             if backup:
-                from monitor.backup_files import back_up
+                from monitor.store_backup import back_up
 
                 stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
                 target = folder / f"tribowatch-schema-{schema.current}-{stamp}.backup"

@@ -15,7 +15,6 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
 from monitor.alarms import Alarm, AlarmRule, Event, advance
-from monitor.backup_files import back_up, restore
 from monitor.cli import app  # noqa: F401  registers the commands
 from monitor.cli.app import run_command
 from monitor.database import make_engine
@@ -23,6 +22,7 @@ from monitor.errors import DatabaseError
 from monitor.queries import Reader
 from monitor.schema import alembic_config, schema_of
 from monitor.store import Store
+from monitor.store_backup import back_up, restore
 from monitor.store_records import AlarmRecord, Change
 from plant.errors import InputError
 from tests.monitor.test_queries import fill
