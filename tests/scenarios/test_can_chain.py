@@ -1,0 +1,132 @@
+"""From frames to the alert: a CiA 402 drive on a bus, the bridge, Zenoh, the whole daemon. No hardware."""
+
+import contextlib
+import json
+import random
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from plant import keys
+from plant.bridge_can import run_bridge
+from plant.bridge_file import read_bridge
+from plant.bus_can import open_bus
+from plant.drive_can import play_scenario
+from plant.errors import ReachError
+from plant.scenario_file import read_scenario
+from tests.contracts.command import ROOT, write
+from tests.scenarios.harness import SITE, Ear, Plant, wait_for
+
+SMALL = "[drift]\nbaseline_windows = 6\n"
+BURSTS = 13
+
+
+def worn_scenario(folder):
+    """Half a day between bursts; from day 4 on the guide wears fast."""
+    text = (ROOT / "plant" / "scenarios" / "wear.toml").read_text()
+    for known, ours in (("onset = 60.0", "onset = 8.0"), ("per_kilometre = 1.1667e-3", "per_kilometre = 0.1")):
+        assert known in text
+        text = text.replace(known, ours)
+    return read_scenario(write(folder / "worn.toml", text))
+
+
+def bridge_file(folder, endpoint, interface, channel, options=""):
+    return write(
+        folder / "bridge.toml",
+        f'name = "b-1"\nsite = "{SITE}"\n[zenoh]\nconnect = ["{endpoint}"]\n[can]\ninterface = "{interface}"\n'
+        f'channel = "{channel}"\nsilence = 60.0\n{options}\n[time]\norigin = "time_object"\n[block]\nstatus = 0.2\n'
+        '[[axis]]\nname = "axis-0001"\nnode = 1\ncounts_per_unit = 1e5\nrated_torque = 8.0\n',
+    )
+
+
+def test_frames_on_a_bus_become_an_alert(tmp_path):
+    scenario = worn_scenario(tmp_path)
+    with Plant(tmp_path, axes=("axis-0001",), settings=SMALL) as plant:
+        plant.start()
+        settings = read_bridge(bridge_file(tmp_path, plant.endpoint, "virtual", str(tmp_path)))
+        stop, result = threading.Event(), []
+        with plant.session() as session, plant.session() as other:
+            ear = Ear(other, "axis-0001")
+            thread = threading.Thread(target=lambda: result.append(run_bridge(settings, session, stop=stop)))
+            thread.start()
+            try:
+                wait_for(lambda: bridge_is_up(other), 30, "the bridge")
+                play_scenario(scenario, settings, last=BURSTS)
+                wait_for(lambda: len(ear.heard["parameters"]) >= BURSTS, 120, "an answer for every burst")
+                alerts = wait_for(lambda: ask_alerts(other), 30, "an alert")
+            finally:
+                stop.set()
+                thread.join()
+            ear.close()
+    counted = result[0]["axes"]["axis-0001"]
+    assert (counted["sent"], counted["lost"], counted["filled"]) == (2000 * BURSTS, 0, 0)
+    assert result[0]["frames"]["unknown"] == result[0]["frames"]["wrong_length"] == 0
+    assert {one["verdict"] for one in ear.heard["parameters"]} == {"identified"}
+    assert [alert["kind"] for alert in alerts] == ["wear"]
+    assert ear.heard["status"][-1]["missing"] == 0
+
+
+def ask_alerts(session):
+    """Asked for, not only heard: the first message on a key may come before the link."""
+    (reply,) = session.get(keys.history_key(SITE, "axis-0001", "alerts") + "?active", timeout=10.0)
+    return json.loads(reply.ok.payload.to_bytes())["alerts"]
+
+
+def bridge_is_up(session):
+    return any(reply.ok for reply in session.liveliness().get(f"tribowatch/{SITE}/alive/b-1", timeout=1.0))
+
+
+def test_the_commands_meet_on_a_bus_of_datagrams(tmp_path):
+    """`simulate --can` and `bridge` in processes of their own; skipped where multicast does not reach this computer."""
+    options = f"options = {{ port = {random.SystemRandom().randrange(20_000, 40_000)}, hop_limit = 0 }}"
+    scenario = worn_scenario(tmp_path)
+    with Plant(tmp_path, axes=("axis-0001",), settings=SMALL) as plant:
+        config = bridge_file(tmp_path, plant.endpoint, "udp_multicast", "239.74.163.2", options)
+        needs_multicast(read_bridge(config))
+        plant.start()
+        command = [sys.executable, "-m", "monitor"]
+        bridge = subprocess.Popen(
+            [*command, "bridge", "--config", config, "--json"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
+        )  # fmt: skip
+        try:
+            assert "udp_multicast" in bridge.stderr.readline()
+            with plant.session() as session:
+                wait_for(lambda: bridge_is_up(session), 30, "the bridge")
+                ear = Ear(session, "axis-0001")
+                done = subprocess.run(
+                    [*command, "simulate", "--scenario", tmp_path / "worn.toml", "--can", config,
+                     "--duration", "1d", "--json"],
+                    capture_output=True, text=True, cwd=ROOT, timeout=120,
+                )  # fmt: skip
+                assert done.returncode == 0, done.stderr
+                wait_for(lambda: len(ear.heard["parameters"]) >= 2, 60, "two answers")
+                ear.close()
+        finally:
+            bridge.terminate()
+            _, said = bridge.communicate(timeout=30)
+    played = json.loads(done.stdout)
+    assert (played["bursts"], played["samples"]) == (2, 2 * scenario.bursts.samples)
+    assert bridge.returncode == 143
+    assert "axis-0001: drive is in state 'operation enabled'" in said
+    assert "Traceback" not in said
+
+
+def needs_multicast(settings):
+    """Skip where a datagram to the group does not come back."""
+    import can
+
+    with contextlib.ExitStack() as stack:
+        try:
+            buses = []
+            for _ in range(2):
+                bus = open_bus(settings.can.interface, settings.can.channel, 0, settings.options)
+                stack.callback(bus.shutdown)
+                buses.append(bus)
+            buses[0].send(can.Message(arbitration_id=1, is_extended_id=False))
+        except (ReachError, can.CanError, OSError) as error:
+            pytest.skip(f"no multicast here: {error}")
+        if buses[1].recv(2.0) is None:
+            pytest.skip("multicast does not come back to this computer")
