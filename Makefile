@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after cannot-see
+.PHONY: help setup run test lint docs bench bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after cannot-see
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -67,6 +67,9 @@ fuzz: $(VENV)/.ready-dev  ## a million hostile payloads through the daemon's int
 
 audit-zoo: $(VENV)/.ready-dev  ## mistakes of sign, unit and scale: caught, missed, and false refusals of healthy machines
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.audit_zoo $(ARGS)
+
+bench-can: $(VENV)/.ready-dev  ## CAN frames to Zenoh at 9000/s for 60 s, beside a plain Notifier bridge; ARGS="--seconds 10" for less
+	$(PY) -m tests.benchmarks.bench_can $(ARGS)
 
 paper: $(VENV)/.ready-dev  ## the paper's claims, long form
 	$(PYTEST) tests/paper -m "slow or not slow"

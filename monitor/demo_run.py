@@ -68,6 +68,8 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
             _ear(service, endpoint(port), heard.axis) as ear,
             contextlib.ExitStack() as stack,
         ):
+            if settings.can:
+                viewer.say("demo: the drive is on a CAN bus of datagrams; a bridge takes its frames to Zenoh")
             bridge = stack.enter_context(can_bridge(place, port)) if settings.can else None
             source = stack.enter_context(can_machine(place) if settings.can else machine(place, port))
             heard.page = _page_of(service, settings.folder)

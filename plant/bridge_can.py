@@ -24,13 +24,14 @@ from plant.can_assembly import Assembler
 from plant.can_axis import Piece
 from plant.can_batch import batch
 from plant.errors import PayloadError
-from plant.publisher import SamplePublisher
+from plant.publisher import HEARTBEAT, SamplePublisher
 from plant.wire import Block
 
 if TYPE_CHECKING:
     import zenoh
 
-BATCH = 0.02  # s from one batch of frames to the next
+BATCH = 0.1  # s from one batch of frames to the next: numpy is slow on few frames, and blocks wait longer
+LINGER = 3 * HEARTBEAT  # s at the end, in which a subscriber notices a lost tail and fetches it
 SCHEMA_VERSION = 1
 
 
@@ -138,6 +139,14 @@ class Bridge:
         for stream in self.streams.values():
             stream.flush()
 
+    def linger(self) -> None:
+        """Stay until the daemon has what was sent last, or could have asked for it again."""
+        deadline = time.monotonic() + LINGER
+        while time.monotonic() < deadline and not all(
+            self.heard[axis].committed >= self.assembler.axes[axis].next_seq - 1 for axis in self.streams
+        ):
+            time.sleep(0.02)
+
     def status(self) -> dict[str, Any]:
         """Everything that is counted; the JSON of the status and of `tribowatch bridge --json`."""
         now = time.monotonic()
@@ -219,6 +228,9 @@ def run_bridge(
         bridge = Bridge(settings, session, reader, stack)
         begun = time.monotonic()
         told = begun - block.status
+        stack.callback(bridge.linger)  # the last of three, on ^C and SIGTERM too
+        stack.callback(lambda: bridge.publish_status(bridge.status()))
+        stack.callback(bridge.finish)
         while not stop.wait(BATCH) and (duration is None or time.monotonic() - begun < duration):
             bridge.step()
             if time.monotonic() - told >= block.status:
@@ -228,6 +240,4 @@ def run_bridge(
                 if on_status is not None:
                     on_status(status)
         bridge.finish()
-        status = bridge.status()
-        bridge.publish_status(status)
-        return status
+        return bridge.status()

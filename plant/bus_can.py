@@ -11,6 +11,7 @@ import os
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import TracebackType
@@ -19,7 +20,7 @@ from typing import Any, Self
 import can
 
 from plant.can_batch import DATA, ERROR, REMOTE, RawFrame
-from plant.can_layout import frame_key
+from plant.can_layout import EXTENDED
 from plant.errors import InputError, ReachError
 
 LISTEN = 0.1  # s that one recv waits; the longest time to notice a stop
@@ -126,8 +127,7 @@ class BusReader:
         self._arguments = (interface, channel, bitrate, options)
         self._silence, self._longest_retry = silence, longest_retry
         self._bus: can.BusABC | None = open_bus(*self._arguments)
-        self._frames: list[RawFrame] = []
-        self._lock = threading.Lock()
+        self._frames: deque[RawFrame] = deque()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"CAN {channel}", daemon=True)
 
@@ -144,18 +144,17 @@ class BusReader:
 
     def take(self) -> list[RawFrame]:
         """The frames that have come since the last call."""
-        with self._lock:
-            frames, self._frames = self._frames, []
-        return frames
+        waiting = self._frames  # appended to by the other thread meanwhile
+        return [waiting.popleft() for _ in range(len(waiting))]
 
     def _run(self) -> None:
-        heard = time.monotonic()
+        heard = time.time()
         pause = FIRST_PAUSE
         while not self._stop.is_set():
             try:
                 if self._bus is None:
                     self._bus = open_bus(*self._arguments)
-                    heard = time.monotonic()
+                    heard = time.time()
                 message = self._bus.recv(LISTEN)
             except Exception as error:  # an adapter may raise anything; nothing may end this thread
                 self._fail(_words(error), "lost")
@@ -164,25 +163,23 @@ class BusReader:
                 pause = min(2 * pause, self._longest_retry)
                 continue
             if message is not None:
-                heard, pause = time.monotonic(), FIRST_PAUSE
-                self._keep(message)
-            elif time.monotonic() - heard > self._silence:
+                heard, pause = time.time(), FIRST_PAUSE
+                self._keep(message, heard)
+            elif abs(time.time() - heard) > self._silence:  # a clock that is set opens the bus anew once
                 self._fail(None, "silent")
                 self.counters.reopened += 1
 
-    def _keep(self, message: can.Message) -> None:
-        stamp = message.timestamp
-        now = time.time()
-        if abs(stamp - now) > FOREIGN_CLOCK:
-            self.counters.foreign_stamps += 1
+    def _keep(self, message: can.Message, now: float) -> None:
+        counters, stamp = self.counters, message.timestamp
+        if not -FOREIGN_CLOCK < stamp - now < FOREIGN_CLOCK:
+            counters.foreign_stamps += 1
             stamp = now
-        t_ns = round(stamp * 1e9)
-        self.counters.state, self.counters.last_frame_ns = "active", t_ns
-        with self._lock:
-            if len(self._frames) >= MOST_WAITING:
-                self.counters.overruns += 1
-            else:
-                self._frames.append(raw_frame(message, t_ns))
+        t_ns = int(stamp * 1e9)
+        counters.state, counters.last_frame_ns = "active", t_ns
+        if len(self._frames) >= MOST_WAITING:
+            counters.overruns += 1
+        else:
+            self._frames.append(raw_frame(message, t_ns))
 
     def _fail(self, said: str | None, state: str) -> None:
         self.counters.state = state
@@ -202,4 +199,5 @@ def raw_frame(message: can.Message, t_ns: int) -> RawFrame:
     if message.is_error_frame:
         return ERROR, message.arbitration_id, t_ns, b""
     kind = REMOTE if message.is_remote_frame else DATA
-    return kind, frame_key(message.arbitration_id, message.is_extended_id), t_ns, bytes(message.data)
+    key = message.arbitration_id
+    return kind, key | EXTENDED if message.is_extended_id else key, t_ns, message.data

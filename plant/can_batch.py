@@ -13,7 +13,7 @@ from plant.can_layout import Bytes
 DATA, ERROR, REMOTE = 0, 1, 2  # kinds of frames
 BUS_OFF = 0x40  # class bit in the id of an error frame, as Linux gives it
 
-RawFrame = tuple[int, int, int, bytes]
+RawFrame = tuple[int, int, int, bytes | bytearray]
 """Kind, key (see `can_layout.frame_key`; the class bits of an error frame), arrival [ns], data."""
 
 
@@ -53,7 +53,7 @@ def batch(frames: Iterable[RawFrame]) -> Frames:
     kinds, keys, stamps, data = zip(*listed, strict=True)
     lengths = np.fromiter(map(len, data), dtype=np.int64, count=len(data))
     width = max(8, int(lengths.max()))
-    joined = b"".join([bytes(one).ljust(width, b"\0") for one in data])
+    joined = b"".join([one.ljust(width, b"\0") for one in data])
     return Frames(
         np.array(kinds, dtype=np.uint8),
         np.array(keys, dtype=np.int64),

@@ -61,13 +61,14 @@ def axes_check_command(
 
 def _read(paths: list[Path], axis: Axis, axis_path: Path) -> list[Recording]:
     """The recordings named, or all that the axis file lists."""
+    from monitor.cli.output import with_remarks
     from plant.recording_files import read_recording, read_recording_entry
 
     if paths:
-        return [read_recording(path, axis) for path in paths]
+        return with_remarks([read_recording(path, axis) for path in paths])
     if not axis.recordings:
         raise InputError(f"{axis_path}: no [[recording]] is listed; give one, or --stream")
-    return [read_recording_entry(entry, axis) for entry in axis.recordings]
+    return with_remarks([read_recording_entry(entry, axis) for entry in axis.recordings])
 
 
 def _listen(axis: Axis, seconds: float, connect: list[str], site: str, prefix: str) -> tuple[Recording, dict[str, int]]:

@@ -60,13 +60,14 @@ def read_all(paths: list[Path], axis: Axis, axis_path: Path) -> list[Recording]:
     Raises:
         InputError: there is none.
     """
+    from monitor.cli.output import with_remarks
     from plant.recording_files import read_recording, read_recording_entry
 
     if paths:
-        return [read_recording(path, axis) for path in paths]
+        return with_remarks([read_recording(path, axis) for path in paths])
     if not axis.recordings:
         raise InputError(f"{axis_path}: no [[recording]] is listed; give one: tribowatch diagnose RECORDING --axis ...")
-    return [read_recording_entry(entry, axis) for entry in axis.recordings]
+    return with_remarks([read_recording_entry(entry, axis) for entry in axis.recordings])
 
 
 class _Progress:

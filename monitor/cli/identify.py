@@ -54,13 +54,14 @@ def read_first(path: Path | None, axis: Axis, axis_path: Path) -> Recording:
     Raises:
         InputError: neither is there.
     """
+    from monitor.cli.output import with_remarks
     from plant.recording_files import read_recording, read_recording_entry
 
     if path is not None:
-        return read_recording(path, axis)
+        return with_remarks([read_recording(path, axis)])[0]
     if not axis.recordings:
         raise InputError(f"{axis_path}: no [[recording]] is listed; give one: tribowatch identify RECORDING --axis ...")
-    return read_recording_entry(axis.recordings[0], axis)
+    return with_remarks([read_recording_entry(axis.recordings[0], axis)])[0]
 
 
 def cut_window(recording: Recording, window: str | None) -> Recording:

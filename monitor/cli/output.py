@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from plant.recording import Recording
+
 BARS = "▁▂▃▄▅▆▇█"
 SCHEMA_VERSION = 1
 PLAIN_WIDTH = 120  # columns of a table that goes into a file or a pipe
@@ -36,6 +38,13 @@ def note(text: str) -> None:
     """One line of progress or advice on stderr, never on stdout."""
     sys.stderr.write(text + "\n")
     sys.stderr.flush()
+
+
+def with_remarks(recordings: list[Recording]) -> list[Recording]:
+    """Say what is odd about the files, each remark once; gives the recordings back."""
+    for remark in dict.fromkeys(remark for recording in recordings for remark in recording.remarks):
+        note(remark)
+    return recordings
 
 
 def screen(*, stderr: bool = False) -> Console:

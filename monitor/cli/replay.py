@@ -80,7 +80,7 @@ def _check(result: ReplayResult, site: str) -> None:
 
 def _tracks(axis_files: list[Path], recordings: list[str]) -> list[Track]:
     """What to play on which axis."""
-    from monitor.cli.output import note
+    from monitor.cli.output import with_remarks
     from plant.axis_file import read_axis
     from plant.replay import Track
 
@@ -101,10 +101,7 @@ def _tracks(axis_files: list[Path], recordings: list[str]) -> list[Track]:
         chosen[name].append(Path(path))
     tracks = []
     for axis, axis_file in zip(axes, axis_files, strict=True):
-        data = _read(chosen[axis.name], axis, axis_file)
-        for remark in dict.fromkeys(remark for one in data for remark in one.remarks):
-            note(remark)
-        tracks.append(Track(axis.name, tuple(data)))
+        tracks.append(Track(axis.name, tuple(with_remarks(_read(chosen[axis.name], axis, axis_file)))))
     return tracks
 
 

@@ -254,13 +254,13 @@ def test_a_bus_that_cannot_be_opened_is_one_line(interface, channel, kind, words
 
 def test_stamps_of_an_adapter_that_counts_from_its_start_are_replaced(monkeypatch):
     reader = BusReader("virtual", next(BUSES))
-    reader._keep(can.Message(timestamp=12.5, arbitration_id=1, is_extended_id=False))
+    reader._keep(can.Message(timestamp=12.5, arbitration_id=1, is_extended_id=False), time.time())
     ((_, _, t_ns, _),) = reader.take()
     assert abs(t_ns * 1e-9 - time.time()) < 60
     assert reader.counters.foreign_stamps == 1
     monkeypatch.setattr(bus_can, "MOST_WAITING", 1)
     for _ in range(3):
-        reader._keep(can.Message(timestamp=time.time(), arbitration_id=1, is_extended_id=False))
+        reader._keep(can.Message(timestamp=time.time(), arbitration_id=1, is_extended_id=False), time.time())
     assert reader.counters.overruns == 2
     with reader:
         pass

@@ -3,8 +3,6 @@
 import contextlib
 import json
 import random
-import subprocess
-import sys
 import threading
 
 import pytest
@@ -16,7 +14,7 @@ from plant.bus_can import open_bus
 from plant.drive_can import play_scenario
 from plant.errors import ReachError
 from plant.scenario_file import read_scenario
-from tests.contracts.command import ROOT, write
+from tests.contracts.command import ROOT, tribowatch, write
 from tests.scenarios.harness import SITE, Ear, Plant, wait_for
 
 SMALL = "[drift]\nbaseline_windows = 6\n"
@@ -78,51 +76,34 @@ def bridge_is_up(session):
     return any(reply.ok for reply in session.liveliness().get(f"tribowatch/{SITE}/alive/b-1", timeout=1.0))
 
 
-def test_the_commands_meet_on_a_bus_of_datagrams(tmp_path):
-    """`simulate --can` and `bridge` in processes of their own; skipped where multicast does not reach this computer."""
-    options = f"options = {{ port = {random.SystemRandom().randrange(20_000, 40_000)}, hop_limit = 0 }}"
-    scenario = worn_scenario(tmp_path)
-    with Plant(tmp_path, axes=("axis-0001",), settings=SMALL) as plant:
-        config = bridge_file(tmp_path, plant.endpoint, "udp_multicast", "239.74.163.2", options)
-        needs_multicast(read_bridge(config))
-        plant.start()
-        command = [sys.executable, "-m", "monitor"]
-        bridge = subprocess.Popen(
-            [*command, "bridge", "--config", config, "--json"],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
-        )  # fmt: skip
-        try:
-            assert "udp_multicast" in bridge.stderr.readline()
-            with plant.session() as session:
-                wait_for(lambda: bridge_is_up(session), 30, "the bridge")
-                ear = Ear(session, "axis-0001")
-                done = subprocess.run(
-                    [*command, "simulate", "--scenario", tmp_path / "worn.toml", "--can", config,
-                     "--duration", "1d", "--json"],
-                    capture_output=True, text=True, cwd=ROOT, timeout=120,
-                )  # fmt: skip
-                assert done.returncode == 0, done.stderr
-                wait_for(lambda: len(ear.heard["parameters"]) >= 2, 60, "two answers")
-                ear.close()
-        finally:
-            bridge.terminate()
-            _, said = bridge.communicate(timeout=30)
-    played = json.loads(done.stdout)
-    assert (played["bursts"], played["samples"]) == (2, 2 * scenario.bursts.samples)
-    assert bridge.returncode == 143
+def test_the_demo_over_can_runs_from_the_drive_to_the_answers(tmp_path):
+    """Four processes: drive, bridge, daemon, demo. Skipped where multicast does not come back to this computer."""
+    needs_multicast()
+    scenario = (ROOT / "plant" / "scenarios" / "wear.toml").read_text()
+    short = write(tmp_path / "short.toml", scenario.replace("days = 180.0", "days = 1.5"))
+    folder = tmp_path / "demo"
+    done = tribowatch("demo", "--can", "--scenario", short, "--state-dir", folder, "--json", timeout=200)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert (result["stopped_by"], result["windows"]) == ("end", {"total": 3, "identified": 3})
+    assert (result["figures"]["samples"], result["figures"]["missing"]) == (6000, 0)
+    assert result["parameters"]["coulomb_force"]["value"] > 0
+    said = (folder / "bridge.log").read_text()
     assert "axis-0001: drive is in state 'operation enabled'" in said
     assert "Traceback" not in said
+    assert "CAN" in done.stderr
 
 
-def needs_multicast(settings):
+def needs_multicast():
     """Skip where a datagram to the group does not come back."""
     import can
 
+    options = {"port": random.SystemRandom().randrange(40_000, 50_000), "hop_limit": 0}
     with contextlib.ExitStack() as stack:
         try:
             buses = []
             for _ in range(2):
-                bus = open_bus(settings.can.interface, settings.can.channel, 0, settings.options)
+                bus = open_bus("udp_multicast", "239.74.163.2", 0, options)
                 stack.callback(bus.shutdown)
                 buses.append(bus)
             buses[0].send(can.Message(arbitration_id=1, is_extended_id=False))
