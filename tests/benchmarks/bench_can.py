@@ -243,9 +243,10 @@ def main() -> None:
         + "|\n"
     )
     for one in results:
+        reported = "-" if one["reported_lost"] is None else one["reported_lost"]
         sys.stdout.write(
             f"| {one['bridge']} | {one['frames_per_second']:.0f} | {one['frames']} | {one['frames_lost']} | "
-            f"{one['samples_lost']} | {'-' if one['reported_lost'] is None else one['reported_lost']} | {one['cpu_share']:.0%} | {one['cpu_us_per_frame']:.1f} |\n"
+            f"{one['samples_lost']} | {reported} | {one['cpu_share']:.0%} | {one['cpu_us_per_frame']:.1f} |\n"
         )
 
 
