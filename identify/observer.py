@@ -52,3 +52,10 @@ def gain_table(sample_time: float) -> tuple[NDArray[np.float64], NDArray[np.floa
             gains.append(kalman_gain(sample_time, tau, rho))
             settings.append((tau, rho))
     return np.ascontiguousarray(np.array(gains).T), np.array(settings).T
+
+
+def strength(gain: NDArray[np.float64], sample_time: float) -> float:
+    """Return rho [1/s²] of a gain (4,) of the table; 0 for the free run and for gains that are not of it."""
+    gains, settings = gain_table(sample_time)
+    found = np.flatnonzero((gains == gain[:, None]).all(axis=0))
+    return float(settings[1, found[0]]) if len(found) else 0.0

@@ -240,10 +240,11 @@ class FrictionProblem:
         """
         asked = x.tobytes() + gain.tobytes()
         if self._last is None or self._last[0] != asked:
-            self._last = asked, *self._differences(x, gain)
+            self._last = asked, *self.differences(x, gain)
         return self._last[1], self._last[2]
 
-    def _differences(self, x: Floats, gain: Floats) -> tuple[Floats, Floats]:
+    def differences(self, x: Floats, gain: Floats) -> tuple[Floats, Floats]:
+        """The same, always anew."""
         p, step = self.p, DIFFERENCE
         sign = np.where(x + step > self.bounds[1], -1.0, 1.0)
         candidates = np.repeat(x[None], p + 3, axis=0)
