@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts excitations run-length real-machines blind cluster next-experiment before-after cannot-see
+.PHONY: help setup run test lint docs bench bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -53,7 +53,7 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and d
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
-bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
+bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones
 	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
 
 bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
@@ -81,6 +81,9 @@ coverage: $(VENV)/.ready-dev  ## do the 95 % intervals hold? 1000 windows per ca
 
 blind-starts: $(VENV)/.ready-dev  ## identification from nothing: 24 machines x 3 motions x 3 noise levels
 	$(PY) -m tests.identify.studies.blind_starts $(ARGS)
+
+cramer-rao: $(VENV)/.ready-dev  ## the least error these recordings allow anybody, and ours
+	$(PY) -m tests.identify.studies.cramer_rao $(ARGS)
 
 excitations: $(VENV)/.ready-dev  ## which motion tells which parameter: Table 1 of the paper in numbers
 	$(PY) -m tests.identify.studies.excitations $(ARGS)

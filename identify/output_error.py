@@ -3,8 +3,8 @@
 The surface of eq. (4) is a maze: a flat valley between F_s, v_s and F_v, with a kink wherever a sample begins or ceases
 to stick. The genetic start therefore looks at the one-step errors of a strong observer, where the way is downhill; its
 best individuals are polished while the observer is weakened to nothing, beside the best of the last generation on eq.
-(4) itself. The search ends when the remaining error is white (nothing is left to find), or when five rounds that know
-nothing of each other agree; else it starts anew.
+(4) itself. The search ends when the remaining error is white (nothing is left to find); else it starts anew and takes
+smaller steps on the way down. Where that has not helped three times, differential evolution has the last word.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from identify.criterion import FREE
+from identify.evolution import evolve
 from identify.genetic import GeneticSettings
 from identify.observer import gain_table
 from identify.polish import linearise, polish_all
@@ -26,13 +27,12 @@ Floats = NDArray[np.float64]
 DESIGN = GeneticSettings(population=32, bits=10, mutation=0.03, target=-np.inf, generations=4)
 LADDER = (0.15, (0.0, 1.0))  # tau [s] of the observer, and decades below the first gain that the polish passes
 SCOUTS = 4  # random candidates that show which gain tracks
-ROUNDS = 20  # restarts at most
+FINER = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)  # decades, after a round that did not find the end
+ROUNDS = 4  # before the evolution
 KICKS = 2  # points around the best one in every further round
-WITNESSES = 5  # rounds that must have found the same end when the error is not white
+ELDERS = 2  # individuals of the evolution that are polished
 ENOUGH = 0.1  # of log-likelihood units: an iteration that gains less is the last; 20 units are 1 % of the criterion
 ROUGH = 0.5  # the same on the way there
-AGREE = 0.5  # of log-likelihood units: ends closer than this found the same criterion
-SAME = 0.02  # of scaled unknowns
 BLOCKS = (20, 100)  # samples: white errors average out over blocks of either length
 INVISIBLE = 1e-6  # of the travel
 ALARM = 0.05  # share of white errors that fail the test
@@ -47,19 +47,21 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
         start: a known answer (size,) to try first; it competes, it does not bind.
     """
     coarse = problem.refined(problem.samples.sample_time)
-    gains = _ladder(coarse, rng)
-    evaluations = SCOUTS * gains.shape[1]
+    rungs = _ladder(coarse, rng)
+    evaluations = SCOUTS * rungs.shape[1]
     best, loss = np.zeros(problem.size) if start is None else start, np.inf
-    fresh: list[tuple[float, Floats]] = []
-    for _ in range(ROUNDS):
-        points, spent = _genetic_start(coarse, gains, rng)
+    for round_ in range(ROUNDS + 1):
+        if round_ < ROUNDS:
+            decades = FINER if round_ else LADDER[1]
+            points, spent = _genetic_start(coarse, _steps_down(rungs, decades), rng)
+        else:
+            people, spent = evolve(problem, FREE, best[: problem.p], rng)
+            points = with_start(problem, people[:ELDERS])
         known = [best, *_kicked(problem, best, rng)] if np.isfinite(loss) else [] if start is None else [best]
         ends = polish_all(problem, np.array([*points, *known]), FREE, 25, ENOUGH, race=True)
         evaluations += spent + ends.evaluations
-        own = int(np.argmin(ends.loss[: len(points)]))
-        fresh.append((float(ends.loss[own]), ends.x[own]))
         best, loss = ends.x[ends.best], float(ends.loss[ends.best])
-        if ends.rested[ends.best] and (nothing_left(problem, best) or _agreed(fresh, best, loss, problem.p)):
+        if ends.rested[ends.best] and nothing_left(problem, best):
             break
     return SearchResult(best, loss, FREE.copy(), np.zeros(2), evaluations, free_run=True)
 
@@ -87,14 +89,19 @@ def nothing_left(problem: FrictionProblem, x: Floats) -> bool:
 
 
 def _ladder(problem: FrictionProblem, rng: Generator) -> Floats:
-    """Observer gains from the one that tracks random candidates best down to a weak one. (4, g)"""
+    """Observer gains from the weakest to the one that tracks random candidates best. (4, g)"""
     gains, settings = gain_table(problem.samples.sample_time)
-    tau, decades = LADDER
-    rungs = np.flatnonzero(settings[0] == tau)
+    rungs = np.flatnonzero(settings[0] == LADDER[0])
     low, high = problem.bounds
     scouts = with_start(problem, rng.uniform(low[: problem.p], high[: problem.p], size=(SCOUTS, problem.p)))
     first = int(losses_by_gain(problem, scouts, gains[:, rungs]).min(axis=0).argmin())
-    return gains[:, rungs[[max(first - round(2 * d), 0) for d in decades]]]
+    return gains[:, rungs[: first + 1]]
+
+
+def _steps_down(rungs: Floats, decades: tuple[float, ...]) -> Floats:
+    """Gains so many decades below the strongest of the rungs (4, g), half a decade each. (4, k)"""
+    last = rungs.shape[1] - 1
+    return rungs[:, sorted({max(last - round(2 * down), 0) for down in decades}, reverse=True)]
 
 
 def _genetic_start(problem: FrictionProblem, gains: Floats, rng: Generator) -> tuple[Floats, int]:
@@ -114,9 +121,3 @@ def _genetic_start(problem: FrictionProblem, gains: Floats, rng: Generator) -> t
         polished = polish_all(problem, points, gain, 10, ROUGH)
         points, evaluations = polished.x, evaluations + polished.evaluations
     return np.concatenate([points, population[[np.argmin(free)]]]), evaluations
-
-
-def _agreed(fresh: list[tuple[float, Floats]], best: Floats, loss: float, p: int) -> bool:
-    """Whether enough rounds found the best end by themselves."""
-    near = [value < loss + AGREE and float(np.abs(x[:p] - best[:p]).max()) < SAME for value, x in fresh]
-    return sum(near) >= WITNESSES

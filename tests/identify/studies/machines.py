@@ -52,11 +52,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class Case:
-    """One recording, the axis file's view of the machine, and the truth by parameter name."""
+    """One recording, the axis file's view of the machine, the truth by parameter name, and the true velocity [m/s]."""
 
     axis: Axis
     recording: Recording
     truth: dict[str, float]
+    velocity: np.ndarray
 
     @property
     def law(self) -> StribeckFriction:
@@ -135,4 +136,4 @@ def draw_case(seed: int, setting: Setting) -> Case:
     truth["constant_force"] = plant.effects["force_offset"]["force"]
     if not setting.mass_known:
         truth["moving_mass"] = plant.moving_mass
-    return Case(Axis("study", mechanics, Drive(RATED)), recording, truth)
+    return Case(Axis("study", mechanics, Drive(RATED)), recording, truth, happened["velocity"])
