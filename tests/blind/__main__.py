@@ -24,7 +24,7 @@ from tests.blind.sealing import Study, seal
 from tests.blind.tables import sections
 
 BATCH = 20
-RIVAL_LIMIT = 60.0  # s for all rival methods on one case
+RIVAL_LIMIT = 60.0  # s of CPU for all rival methods on one case
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="diagnoses at a time")
     parser.add_argument("--out", type=Path, default=Path("var/blind"))
     parser.add_argument("--duration", type=float, default=30.0, help="of each recording [s]; half at 1 kHz")
-    parser.add_argument("--limit", type=float, default=300.0, help="time limit of a diagnosis [s]")
+    parser.add_argument("--limit", type=float, default=120.0, help="CPU limit of a diagnosis [s]")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after so many minutes")
     parser.add_argument("--batch", type=int, default=BATCH, help="cases sealed together")
     parser.add_argument("--rivals", action="store_true", help="the rival methods on the same cases too")

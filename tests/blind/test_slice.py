@@ -222,3 +222,12 @@ def test_a_study_runs_is_resumed_and_reports(tmp_path):
     assert "sha256" in (tmp_path / "report.md").read_text()
     assert not any(path.name.endswith(".part") for path in (tmp_path / "answers").iterdir())
     assert len(json.loads((tmp_path / "scores.json").read_text())) == 2
+
+
+def test_a_process_that_takes_too_long_is_stopped_and_says_so(tmp_path, monkeypatch):
+    (tmp_path / "case").mkdir()
+    monkeypatch.setattr("tests.blind.diagnosing.COMMAND", ("-c", "while True: pass"))
+    found = ask(tmp_path / "case", 0.3)
+    assert (found["exit"], found["answer"]) == (None, None)
+    assert "stopped after 0.3 s of CPU" in found["stderr"]
+    assert 0.2 < found["cpu"] < 20.0
