@@ -163,7 +163,7 @@ class Assembler:
                 if frames.lengths[at] >= 6:
                     self.clock.tell_time(cia402.time_of_day_ns(frames.data[at, :6].tobytes()))
                 continue
-            counter = int(frames.data[at, 0]) if frames.lengths[at] else None
+            counter = int(frames.data[at, 0]) if frames.lengths[at] == 1 else None
             if (tick := self.clock.tick(int(frames.t_ns[at]), counter)) is not None:
                 marks.append(at)
                 ticks.append(tick)
@@ -182,6 +182,9 @@ class Assembler:
         return self._assemble(frames, Marks.of(marks, ticks[:-1])) if len(marks) > 1 else []
 
     def _assemble(self, frames: Frames, marks: Marks) -> list[tuple[str, Piece]]:
+        for axis in self.axes.values():
+            axis.clock_judged = self.clock.judged
+            axis.counters.refused = axis.counters.refused or self.clock.misfit
         return [(name, piece) for name, axis in self.axes.items() for piece in axis.take(frames, marks)]
 
     def _by_arrival(self, fresh: Frames) -> list[tuple[str, Piece]]:

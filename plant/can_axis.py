@@ -75,6 +75,7 @@ class AxisAssembly:
         """Nothing seen yet."""
         self.layout, self.node, self.counters = layout, layout.node, AxisCounters()
         self.next_seq = 0
+        self.clock_judged = True
         self._rule = rule
         self._absent = round(rule.absent / period)
         self._sent = tuple(name for name in layout.channels() if name in CHANNELS)
@@ -233,7 +234,7 @@ class AxisAssembly:
         if self._judged and self.counters.refused is None:
             return pieces
         self._early += pieces
-        if not self._judged and self.counters.samples < ENOUGH:
+        if not self._judged and (self.counters.samples < ENOUGH or not self.clock_judged):
             return []
         return self.finish()
 
@@ -244,7 +245,7 @@ class AxisAssembly:
                 name: (self._raw[0][name][0], np.concatenate([one[name][1] for one in self._raw]))
                 for name in self._raw[0]
             }
-            self.counters.refused = misfit(joined)
+            self.counters.refused = self.counters.refused or misfit(joined)
             self._judged, self._raw = True, []
         kept, self._early = self._early, []
         if self.counters.refused is not None:

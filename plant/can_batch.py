@@ -63,21 +63,16 @@ def batch(frames: Iterable[RawFrame]) -> Frames:
     )
 
 
-def join(first: Frames, second: Frames) -> Frames:
-    """`first`, then `second`."""
-    if not len(first):
-        return second
-    if not len(second):
-        return first
-    width = max(first.data.shape[1], second.data.shape[1])
-
-    def wide(frames: Frames) -> Bytes:
-        return np.pad(frames.data, ((0, 0), (0, width - frames.data.shape[1])))
-
+def join(*parts: Frames) -> Frames:
+    """One after the other."""
+    filled = [part for part in parts if len(part)]
+    if len(filled) < 2:
+        return filled[0] if filled else batch([])
+    width = max(part.data.shape[1] for part in filled)
     return Frames(
-        np.concatenate([first.kinds, second.kinds]),
-        np.concatenate([first.keys, second.keys]),
-        np.concatenate([first.t_ns, second.t_ns]),
-        np.concatenate([first.lengths, second.lengths]),
-        np.concatenate([wide(first), wide(second)]),
+        np.concatenate([part.kinds for part in filled]),
+        np.concatenate([part.keys for part in filled]),
+        np.concatenate([part.t_ns for part in filled]),
+        np.concatenate([part.lengths for part in filled]),
+        np.concatenate([np.pad(part.data, ((0, 0), (0, width - part.data.shape[1]))) for part in filled]),
     )

@@ -15,6 +15,8 @@ WATCH = 1.0  # s over which the least delay is taken
 SMOOTH = 60.0  # s over which an offset is worked off
 SLEW = 200e-6  # longest stretch of the step; quartzes differ by less
 PAUSE = 1.0  # s without SYNC, and ten periods, after which the count starts anew
+CHECK = 2.0  # s after which the period that was seen is compared with the one that was said
+WRONG = 0.2  # relative; a stall of the host changes the mean by less
 LATE = 0.7  # periods of offset that without a counter mean lost SYNCs
 
 
@@ -64,7 +66,13 @@ class ClockCounters:
 
 
 class SyncClock:
-    """Turns SYNCs, as they arrive, into ticks."""
+    """Turns SYNCs, as they arrive, into ticks.
+
+    Attributes:
+        counters: what was seen.
+        judged: the period has been compared with what arrives.
+        misfit: why the period cannot be right, None when all is well.
+    """
 
     def __init__(
         self, period: float, *, overflow: int = 240, origin: Origin = Origin.HOST, max_offset: float = 0.1
@@ -91,6 +99,9 @@ class SyncClock:
         self._told: int | None = None  # by a TIME object, for the next SYNC
         self._seen, self._least = 0, 0
         self._anchor = (0, 0)  # index and least arrival of the first watch since the anchor
+        self.judged = origin is Origin.TIME_OBJECT  # a time-lapse comes at any rate
+        self.misfit: str | None = None
+        self._born, self._periods = 0, 0  # arrival of the first SYNC, periods since
 
     def tell_time(self, unix_ns: int) -> None:
         """A TIME object: the master's own time, good for the next SYNC."""
@@ -101,6 +112,7 @@ class SyncClock:
         last = self._tick
         if last is None:
             self.counters.syncs += 1
+            self._born = arrival
             return self._anchor_at(self._told if self._told is not None else arrival, arrival, counter, 0, 0)
         paused = abs(arrival - self._arrival) > self._pause
         steps = 1 if paused or counter is None or self._counter is None else (counter - self._counter) % self._overflow
@@ -110,6 +122,8 @@ class SyncClock:
         self.counters.syncs += 1
         if not paused:
             self.counters.syncs_lost += steps - 1
+        if not self.judged:
+            self._judge(arrival, steps, paused)
         due = last.t_ns + steps * self._step
         index, told = last.index + steps, self._told
         if self._origin is Origin.TIME_OBJECT:
@@ -133,6 +147,22 @@ class SyncClock:
         self._arrival, self._counter, self._told = arrival, counter, None
         self._step, self._seen, self._anchor = self.period, 0, (0, 0)
         return self._tick
+
+    def _judge(self, arrival: int, steps: int, paused: bool) -> None:
+        """Compare the period with the mean of what arrives."""
+        if paused:
+            self._born, self._periods = arrival, 0
+            return
+        self._periods += steps
+        span = arrival - self._born
+        if span < CHECK * NANOSECONDS:
+            return
+        self.judged = True
+        seen = span / self._periods
+        if abs(seen / self.period - 1.0) > WRONG:
+            self.misfit = (
+                f"SYNC comes every {seen / NANOSECONDS:.3g} s, but [time] period is {self.period / NANOSECONDS:g} s"
+            )
 
     def _watch(self, arrival: int, due: int, index: int, counter: int | None) -> Tick | None:
         """Keep the least delay; once a watch is over, correct the step, or re-anchor."""

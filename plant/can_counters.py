@@ -101,7 +101,8 @@ class AxisCounters:
     def suspicion(self) -> str | None:
         """What looks wrong though samples are sent."""
         if self.duplicates > 20 and self.duplicates > 0.1 * self.samples:
-            return f"{self.duplicates} frames came twice within one SYNC: are there two nodes with this id?"
+            twice = f"{self.duplicates} frames came twice within one SYNC"
+            return f"{twice}: two nodes with this id, or a PDO that is not sent on SYNC?"
         return None
 
     def to_dict(self) -> dict[str, Any]:

@@ -206,6 +206,39 @@ def test_a_mapping_in_another_order_is_refused_by_its_statuswords():
     assert assembler.axes["axis-1"].counters.refused_samples == 200
 
 
+def test_a_wrong_period_is_refused_before_anything_is_sent():
+    frames = cycles(range(3000), period=MS)
+    assembler = Assembler([drive()])
+    assert collect(assembler, frames, 90) == {}
+    assert "SYNC comes every 0.001 s, but [time] period is 0.01 s" in assembler.refused("axis-1")
+
+
+@settings(max_examples=60)
+@given(
+    frames=st.lists(
+        st.tuples(
+            st.sampled_from([DATA, DATA, DATA, ERROR, REMOTE]),
+            st.sampled_from([0x80, 0x100, 0x181, 0x182, 0x281, 0x81, 0x701, 0x7DF, 0x181 | 1 << 29]),
+            st.integers(0, 2**61),
+            st.binary(max_size=64),
+        ),
+        max_size=200,
+    ),
+    size=st.integers(1, 50),
+    rule=st.sampled_from([TimeRule(), TimeRule(Clock.ARRIVAL), TimeRule(origin=Origin.TIME_OBJECT)]),
+)
+def test_whatever_is_on_the_bus_every_frame_is_counted_and_stamps_rise_within_a_piece(frames, size, rule):
+    assembler = Assembler([drive(), drive("axis-2", 2)], rule, UNJUDGED)
+    pieces = []
+    for first in range(0, len(frames), size):
+        pieces += assembler.take(batch(frames[first : first + size]))
+    pieces += assembler.finish()
+    assert accounted(assembler) == len(frames)
+    for _, piece in pieces:
+        assert np.all(np.diff(piece.t_ns) > 0)
+        assert len(piece)
+
+
 def test_without_sync_the_arrival_is_the_time_and_never_runs_backwards():
     stamps = START + 10 * MS * np.arange(200)
     stamps[100] = stamps[99] - 5 * MS

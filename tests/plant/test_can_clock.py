@@ -71,6 +71,26 @@ def test_without_a_counter_lost_syncs_show_by_arrival():
     np.testing.assert_array_equal(stamps[-100:], arrivals[-100:])
 
 
+@pytest.mark.parametrize("seen", [0.001, 0.005, 0.02, 0.1])
+def test_a_period_that_is_not_the_masters_is_noticed_after_two_seconds(seen):
+    arrivals = START + np.rint(seen * 1e9 * np.arange(round(3.0 / seen))).astype(np.int64)
+    clock = SyncClock(0.01)
+    run(clock, arrivals)
+    assert clock.misfit == f"SYNC comes every {seen:g} s, but [time] period is 0.01 s"
+
+
+@given(seed=st.integers(0, 2**32))
+def test_a_host_that_stalls_makes_no_wrong_period(seed):
+    rng = np.random.default_rng(seed)
+    arrivals = START + PERIOD * np.arange(400) + rng.exponential(2 * MS, 400).astype(np.int64)
+    at = rng.integers(0, 399)
+    arrivals[at:] = np.maximum(arrivals[at:], arrivals[at] + 300 * MS)  # then all at once
+    clock = SyncClock(0.01)
+    run(clock, arrivals)
+    assert clock.judged
+    assert clock.misfit is None
+
+
 def test_a_repeated_sync_is_no_sample():
     clock = SyncClock(0.01)
     assert clock.tick(START, 7) is not None
