@@ -73,7 +73,7 @@ class Fleet:
     def line_up(self, run: AxisRun, row: int, window: Window, now: float) -> None:
         """A window is complete at monotonic time `now` [s]: it waits for its axis' turn."""
         run.wait_for_answer(row, window, now)
-        self.complete += not run.clock.replayed
+        self.complete += not run.clock.waits
         if not run.queued:
             run.queued = True
             self.ready.append(run)
@@ -82,7 +82,7 @@ class Fleet:
         """Begin only every `factor`-th window on live axes; a replay has time to wait."""
         for run in self:
             if run.assembler is not None:
-                run.assembler.stretch = 1 if run.clock.replayed else factor
+                run.assembler.stretch = 1 if run.clock.waits else factor
 
     def assemble(self, run: AxisRun, axis: Axis, step_ns: int | None) -> Assembler:
         """Give `run` its assembler; `step_ns` [ns] is the sample time where only the stream shows it."""

@@ -83,4 +83,4 @@ class Pacer:
 
 def lag_of(runs: Iterable[AxisRun], now: float) -> float:
     """How long the oldest window of a live axis has waited. [s]"""
-    return max((run.behind(now) for run in runs if not run.clock.replayed), default=0.0)
+    return max((run.behind(now) for run in runs if not run.clock.waits), default=0.0)

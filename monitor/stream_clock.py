@@ -71,9 +71,9 @@ class StreamClock:
         return self.rate is not None and LIVE[0] <= self.rate <= LIVE[1]
 
     @property
-    def replayed(self) -> bool:
-        """Whether more event time comes than wall time passes."""
-        return self.rate is not None and self.rate > LIVE[1]
+    def waits(self) -> bool:
+        """Whether it has time to wait: a replay (more event time than wall time), or nothing is known yet."""
+        return self.rate is None or self.rate > LIVE[1]
 
     @property
     def steps(self) -> tuple[float, float] | None:

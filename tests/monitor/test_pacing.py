@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from monitor.alerts import compose
+from monitor.drift import Kind
 from monitor.pacing import MOST, Load, Pacer
 from monitor.windows import Assembler
 from monitor.workers import Workers
@@ -108,3 +110,25 @@ def test_a_daemon_that_falls_behind_says_so_everywhere_and_treats_all_axes_alike
         bench.finish()
         bench.step()
     assert bench.heard("status")[-1]["hop"]["stretched"] == 1
+
+
+def test_an_alert_says_that_it_rests_on_fewer_windows():
+    alert = compose("site", "a", Kind.DATA_QUALITY, 1, "unacknowledged", 0,
+                    {"windows": 3, "reason": "NaN", "hop_stretched": 4})  # fmt: skip
+    assert "only every 4th window" in alert["text"]
+
+
+def test_a_silent_axis_with_old_windows_stretches_nobody(tmp_path, busy):
+    bench = Bench(tmp_path, busy, identification={"workers": 1, "max_lag_seconds": 1.0})
+    torque, position = burst(paper_axis(), samples=2000)
+    free, Workers.free = Workers.free, property(lambda self: 0)
+    try:
+        for block in blocks_of("axis-1", 1, 0, START_NS, torque, position):
+            bench.put(block)  # all at once: a replay
+        for _ in range(10):
+            bench.step()
+    finally:
+        Workers.free = free
+    status = bench.heard("status")[-1]
+    assert (status["pending_windows"], status["hop"]["stretched"]) == (10, 1)
+    bench.finish()

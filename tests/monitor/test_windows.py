@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from monitor.windows import Assembler, GapKind, Samples, StreamState, WindowRule
+from monitor.windows import KEPT_GAPS, Assembler, GapKind, Samples, StreamState, WindowRule
 
 STEP = 10_000_000
 RULE = WindowRule(samples=20, hop=7, sample_time_ns=STEP, patience=1.0)
@@ -171,6 +171,34 @@ def test_what_waits_is_bounded():
     outcomes = [assembler.offer(run(2 * k, 2 * k + 1), 0.0) for k in range(1, 50)]
     assert assembler.held <= 5
     assert sum(gap.missing for out in outcomes for gap in out.gaps) == assembler.state.next_seq // 2
+
+
+def test_what_waits_is_bounded_in_samples_too():
+    assembler = Assembler(dataclasses.replace(RULE, held_samples=100))
+    assembler.offer(run(0, 1), 0.0)
+    out = assembler.offer(run(10, 100), 0.0)
+    assert not out.gaps
+    out = assembler.offer(run(110, 200), 0.0)
+    assert [(gap.from_seq, gap.to_seq) for gap in out.gaps] == [(1, 10)]
+
+
+def test_a_stream_whose_every_step_is_a_jump_is_counted_not_noted_sample_by_sample():
+    assembler = Assembler(RULE)
+    slow = run(0, 100)
+    out = assembler.offer(dataclasses.replace(slow, t_ns=slow.t_ns * 2), 0.0)
+    assert out.splinters == 99
+    assert not out.gaps
+    assert [len(part) for part in out.accepted] == [100]  # one row of the journal
+
+
+def test_gaps_kept_in_memory_are_bounded():
+    assembler = Assembler(RULE)
+    for k in range(1, 2 * KEPT_GAPS):
+        assembler.offer(run(20 * k, 20 * k + 10), 0.0)
+        assembler.settle(10.0)
+    late = assembler.offer(run(20 * (2 * KEPT_GAPS - 2) + 10, 20 * (2 * KEPT_GAPS - 1)), 20.0)
+    assert late.late == 10
+    assert assembler.offer(run(30, 40), 20.0).duplicates == 10  # too long ago to tell late from twice
 
 
 @pytest.mark.parametrize("ratio", [1, 10])

@@ -1,0 +1,30 @@
+"""The queue between Zenoh's threads and ours: bounded in messages and in bytes, and what does not fit is counted."""
+
+from monitor.inbox import Inbox, Message
+
+
+def message(size=1, key="a"):
+    return Message(key, "application/cbor", bytes(size), 0.0)
+
+
+def test_payloads_together_are_bounded_and_the_room_comes_back():
+    inbox = Inbox(100, most_bytes=1000)
+    for _ in range(5):
+        inbox.put(message(300))
+    taken, dropped = inbox.take(2, 0.0)
+    assert (len(taken), dropped) == (2, {"a": 2})
+    inbox.put(message(600))
+    inbox.put(message(200))
+    assert len(inbox) == 2
+    assert inbox.take(10, 0.0)[1] == {"a": 1}
+    inbox.put(message(1000))
+    assert [len(one.payload) for one in inbox.take(10, 0.0)[0]] == [1000]
+
+
+def test_small_ones_pass_where_a_big_one_does_not():
+    inbox = Inbox(100, most_bytes=10)
+    inbox.put(message(11, "big"))
+    inbox.put(message(1, "small"))
+    taken, dropped = inbox.take(10, 0.0)
+    assert [one.key for one in taken] == ["small"]
+    assert dropped == {"big": 1}
