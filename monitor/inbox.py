@@ -1,10 +1,17 @@
-"""What arrived and waits for the supervising thread: a bounded queue that never blocks the one who puts."""
+"""What arrived and waits for the supervising thread: a bounded queue.
+
+Who puts waits for room only while the consumer is at work: after a restart the publishers' caches come all at once, and
+what Zenoh still holds is not lost. A consumer that hangs delays nobody: then messages are dropped and counted.
+"""
 
 from __future__ import annotations
 
 import collections
 import threading
+import time
 from dataclasses import dataclass
+
+PATIENCE = 0.5  # s that one put waits for room; below any lease, and once only between two takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +32,25 @@ class Inbox:
         self._capacity, self._room = capacity, most_bytes
         self._messages: collections.deque[Message] = collections.deque()
         self._dropped: collections.Counter[str] = collections.Counter()
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._event = threading.Event()
+        self._taken = -1e9  # when the consumer took last, s
+        self._patient = True
 
     def put(self, message: Message) -> None:
-        """Take a message, or count it as dropped."""
+        """Take a message, wait a moment for room if need be, or count it as dropped."""
         with self._lock:
-            if len(self._messages) < self._capacity and len(message.payload) <= self._room:
+            if not self._fits(message) and self._patient and time.monotonic() - self._taken < PATIENCE:
+                self._patient = self._lock.wait_for(lambda: self._fits(message), PATIENCE)
+            if self._fits(message):
                 self._messages.append(message)
                 self._room -= len(message.payload)
-            elif len(self._dropped) < self._capacity:
+            elif message.key in self._dropped or len(self._dropped) < self._capacity:
                 self._dropped[message.key] += 1
         self._event.set()
+
+    def _fits(self, message: Message) -> bool:
+        return len(self._messages) < self._capacity and len(message.payload) <= self._room
 
     def wake(self) -> None:
         """Let `take` return at once."""
@@ -49,6 +63,8 @@ class Inbox:
             messages = [self._messages.popleft() for _ in range(min(most, len(self._messages)))]
             self._room += sum(len(message.payload) for message in messages)
             dropped, self._dropped = dict(self._dropped), collections.Counter()
+            self._taken, self._patient = time.monotonic(), True
+            self._lock.notify_all()
             if not self._messages:
                 self._event.clear()
         return messages, dropped

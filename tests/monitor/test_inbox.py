@@ -1,6 +1,9 @@
 """The queue between Zenoh's threads and ours: bounded in messages and in bytes, and what does not fit is counted."""
 
-from monitor.inbox import Inbox, Message
+import threading
+import time
+
+from monitor.inbox import PATIENCE, Inbox, Message
 
 
 def message(size=1, key="a"):
@@ -28,3 +31,28 @@ def test_small_ones_pass_where_a_big_one_does_not():
     taken, dropped = inbox.take(10, 0.0)
     assert [one.key for one in taken] == ["small"]
     assert dropped == {"big": 1}
+
+
+def test_while_the_consumer_is_at_work_a_flood_waits_and_nothing_is_dropped():
+    inbox, count = Inbox(10), 2000
+    flood = threading.Thread(target=lambda: [inbox.put(message(1, str(k))) for k in range(count)])
+    inbox.take(10, 0.0)
+    flood.start()
+    keys, lost = [], {}
+    while flood.is_alive() or len(inbox):
+        taken, dropped = inbox.take(3, 0.01)
+        keys += [one.key for one in taken]
+        lost |= dropped
+    flood.join()
+    assert lost == {}
+    assert keys == [str(k) for k in range(count)]
+
+
+def test_a_consumer_that_hangs_delays_the_flood_once():
+    inbox = Inbox(1)
+    inbox.take(1, 0.0)
+    begun = time.process_time(), time.monotonic()
+    for _ in range(1000):
+        inbox.put(message())
+    assert time.monotonic() - begun[1] < 100 * PATIENCE  # not a thousand times
+    assert inbox.take(10, 0.0)[1] == {"a": 999}

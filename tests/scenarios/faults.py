@@ -116,19 +116,20 @@ def settled(ear: Ear, epoch: int, last: int, timeout: float = 90.0) -> dict:
 
 
 @contextlib.contextmanager
-def stage(folder: Path, through=None, **publisher):
+def stage(folder: Path, through=None, queue: int = 20000, **publisher):
     """Daemon, session (through another endpoint if given), advanced publisher, ear."""
     with (
-        bare_stage(folder, through) as (plant, session, ear),
+        bare_stage(folder, through, queue) as (plant, session, ear),
         SamplePublisher(session, SITE, "axis-1", **publisher) as samples,
     ):
         yield plant, session, samples, ear
 
 
 @contextlib.contextmanager
-def bare_stage(folder: Path, through=None):
+def bare_stage(folder: Path, through=None, queue: int = 20000):
     """Daemon, session and ear."""
-    with Plant(folder, settings=SETTINGS) as plant:
+    settings = SETTINGS.replace("[intake]", f"[intake]\nqueue_blocks = {queue}")
+    with Plant(folder, settings=settings) as plant:
         plant.start()
         endpoint = through(plant) if through else plant.endpoint
         with open_session("client", connect=[endpoint], timeout=20.0) as session, plant.session() as listening:
@@ -154,6 +155,19 @@ def daemon_killed(folder: Path):
             f"{promised + 1} were acknowledged at the kill; {status['rejected'].get('duplicates', 0)} repeated",
             found,
         )
+
+
+def caches_beyond_the_queue(folder: Path):
+    with stage(folder, queue=200) as (plant, _, publisher, ear):
+        source = Source(publisher.put, publisher.epoch)
+        source.send(1)
+        settled(ear, publisher.epoch, 1999)
+        plant.kill()
+        source.send(28)  # 560 blocks into its cache
+        plant.start()
+        status = settled(ear, publisher.epoch, source.sent - 1)
+        assert "queue_full" not in status["rejected"], status["rejected"]
+        return "560 blocks came at once, the queue holds 200", account(plant, publisher.epoch, source.sent)
 
 
 def publisher_restarted(folder: Path):
@@ -402,6 +416,7 @@ class Fault:
 
 FAULTS = {
     "daemon killed and restarted": Fault("all recovered from the publisher's cache", 0, daemon_killed),
+    "restart, caches hold more than the queue": Fault("all recovered, nothing dropped", 0, caches_beyond_the_queue),
     "publisher restarted": Fault("new epoch, nothing of either lost", 0, publisher_restarted),
     "publisher restarted with an older epoch": Fault("refused, counted, data_quality", 0, old_epoch_returns),
     "link cut 2 s": Fault("all recovered from the cache", 0, link_cut(2.0, 600, 25.0, 12)),

@@ -54,8 +54,9 @@ class Plant:
         for name in axes:
             write_axis(dataclasses.replace(paper_axis(), name=name), folder / f"{name}.toml")
             files += f'[[axis]]\nfile = "{name}.toml"\n'
+        page = "" if "[page]" in settings else '[page]\nlisten = ""\n'
         self.config = folder / "tribowatch.toml"
-        self.config.write_text(f'site = "{SITE}"\n[zenoh]\nlisten = ["{self.endpoint}"]\n{settings}\n{files}')
+        self.config.write_text(f'site = "{SITE}"\n[zenoh]\nlisten = ["{self.endpoint}"]\n{settings}\n{page}{files}')
         self.url = f"sqlite:///{folder / 'var' / 'tribowatch.db'}"
         self.process = None
         self.starts = 0
