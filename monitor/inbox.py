@@ -11,7 +11,7 @@ import threading
 import time
 from dataclasses import dataclass
 
-PATIENCE = 0.5  # s that one put waits for room; below any lease, and once only between two takes
+PATIENCE = 3.0  # s that one put waits for room; below Zenoh's leases (5 s), and once only between two takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Inbox:
         self._dropped: collections.Counter[str] = collections.Counter()
         self._lock = threading.Condition()
         self._event = threading.Event()
-        self._taken = -1e9  # when the consumer took last, s
+        self._taken = time.monotonic()  # when the consumer took last; at first it is about to. [s]
         self._patient = True
 
     def put(self, message: Message) -> None:

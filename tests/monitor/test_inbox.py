@@ -50,9 +50,8 @@ def test_while_the_consumer_is_at_work_a_flood_waits_and_nothing_is_dropped():
 
 def test_a_consumer_that_hangs_delays_the_flood_once():
     inbox = Inbox(1)
-    inbox.take(1, 0.0)
-    begun = time.process_time(), time.monotonic()
+    begun = time.monotonic()
     for _ in range(1000):
         inbox.put(message())
-    assert time.monotonic() - begun[1] < 100 * PATIENCE  # not a thousand times
+    assert time.monotonic() - begun < 100 * PATIENCE  # not a thousand times
     assert inbox.take(10, 0.0)[1] == {"a": 999}

@@ -58,9 +58,9 @@ class Account:
 
 def account(plant: Plant, epoch: int, sent: int) -> Account:
     """From the database alone: journal and gaps against the numbers that were sent."""
-    rows = _query(plant, "select seq, n from block where epoch = ? order by seq", epoch)
+    rows = _query(plant, "select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
     numbers = np.concatenate([np.arange(seq, seq + n) for seq, n in rows] or [np.zeros(0, dtype=int)])
-    gaps = _query(plant, "select from_seq, to_seq from gap where epoch = ? and missing > 0", epoch)
+    gaps = _query(plant, "select from_seq, to_seq from gap where epoch = :epoch and missing > 0", epoch=epoch)
     lost = np.concatenate([np.arange(first, end) for first, end in gaps] or [np.zeros(0, dtype=int)])
     told = np.union1d(numbers, lost)
     doubled = len(numbers) - len(np.unique(numbers)) + len(np.intersect1d(numbers, lost))
