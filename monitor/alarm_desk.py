@@ -38,7 +38,6 @@ class AlarmDesk:
             off_of=settings.off_of_windows,
             on_delay_ns=round(settings.on_delay * 1e9),
             off_delay_ns=round(settings.off_delay * 1e9),
-            dead_band=settings.dead_band,
         )
 
     def rule_of(self, kind: str) -> AlarmRule:

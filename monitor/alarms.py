@@ -59,7 +59,6 @@ class AlarmRule:
         on_delay_ns: time the condition must hold besides. [ns]
         off_delay_ns: time it must be gone besides. [ns]
         latch: it does not return by itself, only when acknowledged while its condition is gone.
-        dead_band: how far below its threshold a condition that was true must fall to be gone; see `judgement`. [1]
     """
 
     on_count: int = 1
@@ -69,7 +68,6 @@ class AlarmRule:
     latch: bool = False
     on_of: int = 1
     off_of: int = 1
-    dead_band: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -107,9 +107,6 @@ class AlarmsSection(_Section):
     off_of_windows: Count = Field(default=1, description="off_windows of the latest so many; less = in a row")
     on_delay: float = Field(default=0.0, ge=0, description="event time a condition lasts besides, before it counts [s]")
     off_delay: float = Field(default=0.0, ge=0, description="event time it stays away besides [s]")
-    dead_band: float = Field(
-        default=0.1, ge=0, lt=1, description="share of its threshold a condition falls below it before it is gone [1]"
-    )
     latch: tuple[AlertKind, ...] = Field(default=(), description="kinds that stay until they are acknowledged")
     longest_shelving: Seconds = Field(default=30 * 86400.0, description="longest time an alarm can be shelved [s]")
     bad_windows: Count = Field(default=3, description="bad_data windows in a row that raise data_quality")

@@ -50,7 +50,7 @@ def apply(
             alarm, transition = advance(record.alarm, Event.SUPPRESS, now_ns, rule_of(kind), inhibitor=fault)
             record = _restated(record, alarm)
             changes += _change(transition, record, BY_INHIBITION)
-        event = Event.HOLDS if _holds(finding, record.alarm, rule_of(kind)) else Event.GONE
+        event = Event.HOLDS if finding.holds else Event.GONE
         alarm, transition = advance(record.alarm, event, now_ns, rule_of(kind), wall_ns=wall_ns)
         record = _told(site, axis, record, alarm, finding, now_ns)
         if record.alarm != Alarm():
@@ -105,15 +105,6 @@ def _release(alarms: Alarms, now_ns: int, rule_of: Callable[[str], AlarmRule]) -
             alarms[kind] = _restated(record, alarm)
             changes += _change(transition, alarms[kind], BY_INHIBITION)
     return changes
-
-
-def _holds(finding: Finding, alarm: Alarm, rule: AlarmRule) -> bool:
-    """Whether the condition is true; one that was true stays so within the dead-band below its threshold.
-
-    `level` in the evidence is the condition's number as a share of its threshold.
-    """
-    level = finding.evidence.get("level")
-    return finding.holds or (alarm.active and level is not None and level > 1 - rule.dead_band)
 
 
 def _change(transition: Transition | None, record: AlarmRecord, author: str = "") -> list[Change]:

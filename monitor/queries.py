@@ -76,7 +76,8 @@ class Reader(LifeReader):
             points: more answers than that are summed up in equal spans of time: mean, min, max and mean interval.
 
         Returns:
-            JSON: `series` by parameter with unit and points, `gaps`, `verdicts`.
+            JSON: `series` by parameter with unit and points, `gaps`, `verdicts`, `events` (maintenance, new baselines,
+            changed constants).
 
         Raises:
             QueryError: unknown axis or parameter, or a range that cannot be.
@@ -96,6 +97,7 @@ class Reader(LifeReader):
                 "series": series,
                 "verdicts": verdicts_of(db, row["id"], from_ns, to_ns),
                 "gaps": gaps_of(db, row["id"], from_ns, to_ns),
+                "events": self._events(db, row, from_ns, to_ns, POINTS),
             }
 
     def answers(

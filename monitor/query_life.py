@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Connection, func, select
 
+from monitor.alarm_kpi import Move, figures
 from monitor.errors import UnknownError
-from monitor.models import AxisRow
+from monitor.models import AxisRow, TransitionRow
 from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
 from monitor.query_base import ReaderBase
-from monitor.query_rows import POINTS, between
+from monitor.query_rows import POINTS, SCHEMA_VERSION, between
 from monitor.times import iso
 
 EVIDENCE = (EvidenceRow.id, EvidenceRow.transition_id, EvidenceRow.diagnosis_id, EvidenceRow.at_ns, EvidenceRow.kind)
@@ -23,16 +24,47 @@ class LifeReader(ReaderBase):
         self, axis: str, *, from_ns: int | None = None, to_ns: int | None = None, limit: int = POINTS
     ) -> list[dict[str, Any]]:
         """What was done to an axis, oldest first, the latest `limit`. Bounds are event time. [ns]"""
-        query = select(EventRow.__table__).where(*between(EventRow.at_ns, from_ns, to_ns))
-        query = query.order_by(EventRow.at_ns.desc(), EventRow.id.desc()).limit(limit)
         with self._read() as db:
-            row = self._axis_row(db, axis)
-            rows = db.execute(query.where(EventRow.axis_id == row["id"])).mappings().all()
+            return self._events(db, self._axis_row(db, axis), from_ns, to_ns, limit)
+
+    def _events(
+        self, db: Connection, row: Any, from_ns: int | None, to_ns: int | None, limit: int
+    ) -> list[dict[str, Any]]:
+        query = select(EventRow.__table__).where(EventRow.axis_id == row["id"])
+        query = query.where(*between(EventRow.at_ns, from_ns, to_ns))
+        query = query.order_by(EventRow.at_ns.desc(), EventRow.id.desc()).limit(limit)
         names = ("kind", "text", "author", "new_baseline", "at_ns")
         return [
-            {"number": one["id"], "axis": axis, "at": iso(one["at_ns"])} | {name: one[name] for name in names}
-            for one in reversed(rows)
+            {"number": one["id"], "axis": row["name"], "at": iso(one["at_ns"])} | {name: one[name] for name in names}
+            for one in reversed(db.execute(query).mappings().all())
         ]
+
+    def alarm_figures(self, axis: str | None = None, *, since_ns: int | None = None) -> dict[str, Any]:
+        """How good the alarms are: the figures of ISA-18.2, of one axis or all.
+
+        Args:
+            axis: only this one.
+            since_ns: this far back from the latest sample of any axis; None = from the first transition on. [ns]
+        """
+        t = TransitionRow
+        query = select(t.kind, t.event, t.before, t.after, t.at_ns, t.author, t.alert, AxisRow.name)
+        query = query.join(AxisRow, AxisRow.id == t.axis_id).order_by(t.id)
+        with self._read() as db:
+            newest = select(func.max(AxisRow.last_ns))
+            if axis is not None:
+                row = self._axis_row(db, axis)
+                query, newest = query.where(t.axis_id == row["id"]), newest.where(AxisRow.id == row["id"])
+            moves = [
+                Move(one.name, one.kind, one.alert.get("priority", "low"), one.event, one.before, one.after,
+                     one.at_ns, one.author)
+                for one in db.execute(query)
+            ]  # fmt: skip
+            latest = db.scalar(newest)
+        stamps = [one.at_ns for one in moves]
+        to_ns = max([*stamps, latest or 0])  # staleness is stamped by the wall clock
+        first = min(stamps, default=to_ns)
+        from_ns = first if since_ns is None else (latest or to_ns) - since_ns
+        return {"schema_version": SCHEMA_VERSION, "axis": axis, **figures(moves, from_ns, to_ns)}
 
     def versions(self, axis: str) -> list[dict[str, Any]]:
         """Versions of an axis' constants and promoted effects, oldest first."""

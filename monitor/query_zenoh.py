@@ -20,7 +20,13 @@ from plant.errors import TribowatchError
 log = structlog.get_logger()
 THREADS = 2
 WAITING = 32  # queries; more are refused, so that nobody can pile them up
-ANSWERS = {"parameters": questions.parameters, "alerts": questions.alerts}
+ANSWERS = {
+    "parameters": questions.parameters,
+    "alerts": questions.alerts,
+    "events": questions.events,
+    "versions": questions.versions,
+    "kpi": questions.figures,
+}
 
 
 class HistoryServer:

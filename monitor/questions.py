@@ -39,6 +39,26 @@ def alerts(reader: Reader, axis: str | None, asked: Mapping[str, str]) -> dict[s
     }
 
 
+def events(reader: Reader, axis: str, asked: Mapping[str, str]) -> dict[str, Any]:
+    """What was done to `axis`: from, to, limit."""
+    refuse_unknown("events", asked, ("from", "to", "limit"))
+    times = {f"{name}_ns": parse_time(asked[name]) if name in asked else None for name in ("from", "to")}
+    found = reader.events(axis, limit=whole(asked, "limit", POINTS), **times)
+    return {"schema_version": SCHEMA_VERSION, "axis": axis, "events": found}
+
+
+def versions(reader: Reader, axis: str, asked: Mapping[str, str]) -> dict[str, Any]:
+    """Versions of the constants and the effects of `axis`."""
+    refuse_unknown("versions", asked, ())
+    return {"schema_version": SCHEMA_VERSION, "axis": axis, "versions": reader.versions(axis)}
+
+
+def figures(reader: Reader, axis: str | None, asked: Mapping[str, str]) -> dict[str, Any]:
+    """How good the alarms of `axis`, or of all, are: since."""
+    refuse_unknown("kpi", asked, ("since",))
+    return reader.alarm_figures(axis, since_ns=parse_duration(asked["since"]) if "since" in asked else None)
+
+
 def span_of(asked: Mapping[str, str]) -> dict[str, int | None]:
     """`from_ns`, `to_ns`, `since_ns` from the words, None where not given. [ns]"""
     parse: dict[str, Callable[[str], int]] = {"from": parse_time, "to": parse_time, "since": parse_duration}

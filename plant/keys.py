@@ -12,7 +12,7 @@ ALIVE = "alive"
 SAMPLES = "samples"
 BRIDGE = "bridge"
 OUTPUTS = ("parameters", "model", "alerts", "mismatch", "status")
-HISTORIES = ("parameters", "alerts")
+HISTORIES = ("parameters", "alerts", "events", "versions", "kpi")
 COMMAND = "command"
 
 
@@ -85,7 +85,7 @@ def bridge_key(site: str, name: str, prefix: str = PREFIX) -> str:
 
 
 def history_key(site: str, axis: str, what: str, prefix: str = PREFIX) -> str:
-    """Key of the queryable `history/parameters` or `history/alerts`."""
+    """Key of a queryable of `HISTORIES`, like `history/parameters`."""
     if what not in HISTORIES:
         raise ParameterError("history", what, " | ".join(HISTORIES))
     return _key(prefix, site, check_id("axis", axis), "history", what)

@@ -6,6 +6,7 @@ from monitor.cli import axes_life
 from monitor.cli.alerts import alerts_app, alerts_list_command
 from monitor.cli.alerts_act import ACTIONS, make_command, shelve_command
 from monitor.cli.alerts_evidence import evidence_command, replay_evidence_command
+from monitor.cli.alerts_kpi import kpi_command
 from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.axes_check import axes_check_command
@@ -42,6 +43,7 @@ alerts_app.command("list")(alerts_list_command)
 alerts_app.command("shelve")(shelve_command)
 for action, explanation in ACTIONS.items():
     alerts_app.command(action)(make_command(action, explanation))
+alerts_app.command("kpi")(kpi_command)
 alerts_app.command("evidence")(evidence_command)
 alerts_app.command("replay-evidence")(replay_evidence_command)
 app.add_typer(alerts_app)

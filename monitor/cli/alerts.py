@@ -36,6 +36,8 @@ def alerts_list_command(
     as_json: AsJson = False,
 ) -> None:
     """List the alerts, newest first, each with its evidence, likely cause and recommended action."""
+    from monitor.alarm_groups import groups_of
+
     with open_history(config, state_dir) as reader:
         if watch:
             _watch(reader, axis, as_json)
@@ -43,7 +45,8 @@ def alerts_list_command(
         if as_json:
             from monitor.cli.output import emit_json
 
-            emit_json({"axis": axis, "alerts": found, "transitions": reader.transitions(axis)})
+            groups = groups_of([one for one in found if one["state"] != "normal"])
+            emit_json({"axis": axis, "alerts": found, "groups": groups, "transitions": reader.transitions(axis)})
             return
     _show(found)
 
@@ -77,9 +80,17 @@ def _show(found: list[dict[str, Any]]) -> None:
     out = screen()
     if not found:
         out.print("No alerts.")
+    from monitor.alarm_groups import groups_of
+
+    hidden: set[str] = set()
+    for group in groups_of([one for one in found if one["state"] != "normal"]):
+        if len(group["axes"]) > 1:  # one cause, said once
+            out.print(f"[bold]{group['about']}[/bold]: {', '.join(group['axes'])}; the first of them:")
+            hidden |= set(group["alerts"][1:])
     for alert in found:
-        out.print(describe(alert))
-        out.print()
+        if alert["id"] not in hidden:
+            out.print(describe(alert))
+            out.print()
 
 
 def describe(alert: dict[str, Any]) -> RenderableType:

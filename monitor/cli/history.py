@@ -121,6 +121,9 @@ def _show(found: dict[str, Any], detail: bool) -> None:
         if detail:
             for one in series.values():
                 out.print(make_table(("time (UTC)", ">value", "95 % interval"), _details(one)))
+    for event in found["events"]:
+        anew = " (new baseline)" if event["new_baseline"] else ""
+        out.print(f"{event['at'][:16]}Z  {event['kind']}: {event['text']}, by {event['author']}{anew}", highlight=False)
     others = {verdict: n for verdict, n in found["verdicts"].items() if verdict != "identified"}
     if others:
         out.print("Without an answer: " + ", ".join(f"{n} {verdict}" for verdict, n in others.items()))

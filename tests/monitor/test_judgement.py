@@ -103,7 +103,7 @@ def test_advice_says_what_to_do(kind):
     assert all((advice.consequence, advice.likely_cause, advice.recommended_action))
 
 
-# --- faults, put aside, dead-band -------------------------------------------------------------------------------
+# --- faults, put aside -------------------------------------------------------------------------------
 
 HOLDS = Finding(Kind.WEAR, True, {"level": 1.2} | dict.fromkeys(("since_ns", "until_ns"), 0) | {
     "speeds": [0.1], "baseline": [90.0], "now": [99.0], "unit": "N", "speed_unit": "m/s", "relative": 0.1,
@@ -174,14 +174,3 @@ def test_shelved_before_it_ever_rose_it_comes_back_with_its_evidence():
     assert touched == [alarms["wear"]]
     assert (alarms["wear"].alert["state"], alarms["wear"].alert["since_ns"]) == ("unacknowledged", 10)
     assert alarms["wear"].alert["id"] == "site/axis-1/wear/1"
-
-
-def test_within_the_dead_band_it_stays():
-    alarms, rule = {}, AlarmRule(dead_band=0.2)
-    below = Finding(Kind.WEAR, False, {"level": 0.9})
-    assert observe(alarms, below, rule=rule) == []  # what never held does not begin to
-    observe(alarms, HOLDS, rule=rule)
-    assert observe(alarms, below, rule=rule) == []
-    assert said(observe(alarms, Finding(Kind.WEAR, False, {"level": 0.7}), rule=rule)) == [
-        ("wear", "returned_unacknowledged", "")
-    ]
