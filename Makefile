@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
+.PHONY: help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -53,7 +53,10 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and d
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
-bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones
+bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
+	$(PY) -m tests.benchmarks.bench_history $(ARGS)
+
+bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
 
 bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
