@@ -6,7 +6,6 @@ separation is predicted by the statistic that decides a tie, and the least intru
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -34,13 +33,23 @@ class Experiment:
 
     Attributes:
         motion: what to do, in words and in numbers.
-        separation: predicted fall of the information criterion between the least separable pair. [1]
-        pair: that pair.
+        chosen: the set of names that the diagnosis gives first.
+        told: each set tied with it, and the predicted fall of the information criterion between the two. [1]
     """
 
     motion: Motion
-    separation: float
-    pair: tuple[tuple[str, ...], tuple[str, ...]]
+    chosen: tuple[str, ...]
+    told: tuple[tuple[tuple[str, ...], float], ...]
+
+    @property
+    def separation(self) -> float:
+        """That of the least separable set. [1]."""
+        return min(value for _, value in self.told)
+
+    @property
+    def settled(self) -> int:
+        """How many of the tied sets it tells from the first."""
+        return sum(value >= NEEDED for _, value in self.told)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON."""
@@ -50,7 +59,7 @@ class Experiment:
             "separation": self.separation,
             "needed": NEEDED,
             "sufficient": self.separation >= NEEDED,
-            "between": [list(names) for names in self.pair],
+            "tells_from": [{"names": list(names), "separation": value} for names, value in self.told],
         }
 
 
@@ -78,13 +87,12 @@ def _unchanged(motion: Motion, rivals: Sequence[Rival]) -> Experiment:
     """What the running motion once more would tell: as much per second as the recordings that exist."""
     chosen = rivals[0]
     share = motion.seconds / max(float(chosen.fit.problem.samples.steps.sum()), motion.step)
-    gained = [2.0 * float((chosen.fit.terms() - rival.fit.terms()).sum()) * share for rival in rivals[1:]]
-    least = min(range(len(gained)), key=lambda index: abs(gained[index]))
-    return Experiment(motion, abs(gained[least]), (chosen.names, rivals[1 + least].names))
+    told = [(one.names, abs(2.0 * float((chosen.fit.terms() - one.fit.terms()).sum())) * share) for one in rivals[1:]]
+    return Experiment(motion, chosen.names, tuple(told))
 
 
 def _told(running: Running, motion: Motion, rivals: Sequence[Rival], models: Sequence[Model]) -> Experiment | None:
-    """What `motion` tells between the chosen model and each rival, the least of it; None beyond the limits."""
+    """What `motion` tells between the chosen model and each rival; None beyond the limits."""
     limit = _force_limit(running)
     axis = loaded(running.axis, motion.payload)
     recorded = []
@@ -93,14 +101,15 @@ def _told(running: Running, motion: Motion, rivals: Sequence[Rival], models: Seq
         if samples is None or not _inside(running, samples.position):
             return None
         recorded.append(samples)
-    least: Experiment | None = None
-    for (a, first), (b, second) in itertools.permutations(enumerate(rivals), 2):
-        if 0 not in (a, b) or set(first.fit.names) < set(second.fit.names):
-            continue  # a model that holds the truth and more cannot be told from it by what it misses
-        apart = apart_by(models[a], models[b], recorded[a], axis)
-        if least is None or apart < least.separation:
-            least = Experiment(motion, apart, (first.names, second.names))
-    return least
+    told = []
+    for index in range(1, len(rivals)):
+        ways = [
+            apart_by(models[a], models[b], recorded[a], axis)
+            for a, b in ((0, index), (index, 0))
+            if not set(rivals[a].fit.names) < set(rivals[b].fit.names)  # a model that holds the truth misses nothing
+        ]
+        told.append((rivals[index].names, min(ways)))
+    return Experiment(motion, rivals[0].names, tuple(told))
 
 
 def _force_limit(running: Running) -> float:
@@ -129,21 +138,28 @@ def _inside(running: Running, position: Floats) -> bool:
 
 
 def settling(candidates: Sequence[Experiment]) -> Experiment | None:
-    """The least intrusive candidate that suffices, else the one that tells most."""
-    enough = [one for one in candidates if one.separation >= NEEDED]
-    if enough:
-        return enough[0]
-    return max(candidates, key=lambda one: one.separation, default=None)
+    """The least intrusive candidate that tells the first set from most of the others; else the one that tells most."""
+    if not candidates:
+        return None
+    most = max(one.settled for one in candidates)
+    if most:
+        return next(one for one in candidates if one.settled == most)
+    return max(candidates, key=lambda one: max(value for _, value in one.told))
 
 
 def in_words(one: Experiment) -> str:
     """The contract's string: what to do, and what it is expected to tell."""
-    first, second = (" with ".join(names) for names in one.pair)
+    first = " with ".join(one.chosen)
+    apart = [(" with ".join(names), value) for names, value in one.told if value >= NEEDED]
+    together = [(" with ".join(names), value) for names, value in one.told if value < NEEDED]
     text = f"{one.motion.words}; record it along with these"
-    if one.separation >= NEEDED:
-        return f"{text}: predicted to tell {first} from {second} (separation {one.separation:.0f}, {NEEDED:.0f} needed)"
-    seconds = one.motion.seconds * NEEDED / max(one.separation, 1e-9)
-    promise = f"predicted separation of {first} from {second} {one.separation:.0f} of the {NEEDED:.0f} needed"
+    if apart:
+        said = ", ".join(f"{name} (separation {value:.0f})" for name, value in apart)
+        rest = f", not from {', '.join(f'{name} ({value:.0f})' for name, value in together)}" if together else ""
+        return f"{text}: predicted to tell {first} from {said}{rest}; {NEEDED:.0f} needed"
+    name, value = max(together, key=lambda pair: pair[1])
+    seconds = one.motion.seconds * NEEDED / max(value, 1e-9)
+    promise = f"predicted separation of {first} from {name} {value:.0f} of the {NEEDED:.0f} needed"
     if seconds <= LONGEST:
         return f"{text}, {seconds / one.motion.seconds:.1f} times as long: {promise} in {one.motion.seconds:.0f} s"
     return (

@@ -85,12 +85,15 @@ def test_changes_are_small_and_begin_where_the_machine_runs(tied, closed):
 
 def test_an_experiment_that_does_not_suffice_says_so():
     motion = Motion("the same strokes at up to 0.1 m/s, for 20 s", True, 0.01, np.zeros(2000))
-    weak = Experiment(motion, 30.0, (("actuator_lag",), ("dead_time",)))
+    weak = Experiment(motion, ("actuator_lag",), ((("dead_time",), 30.0),))
     assert "3.0 times as long" in in_words(weak)
-    hopeless = Experiment(motion, 0.1, (("actuator_lag",), ("dead_time",)))
+    hopeless = Experiment(motion, ("actuator_lag",), ((("dead_time",), 0.1),))
     assert in_words(hopeless).startswith("none of the small changes")
     assert settling([hopeless, weak]) is weak
     assert settling([]) is None
+    partly = Experiment(motion, ("actuator_lag",), ((("dead_time",), 200.0), (("backlash",), 1.0)))
+    assert "from dead_time (separation 200), not from backlash (1)" in in_words(partly)
+    assert settling([weak, partly, hopeless]) is partly
 
 
 def test_the_limits_of_the_report_stand_on_the_page_of_limits():

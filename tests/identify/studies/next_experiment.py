@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.mismatch.detect import NEEDED
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.experiment import settling
 from identify.mismatch.result import Diagnosis
@@ -122,7 +123,11 @@ def main() -> None:
                 f"{label}{first.verdict.value}: {[e.name for e in first.effects]}, no tie ({seconds:.1f} s)", flush=True
             )
             continue
-        told = "; ".join(f"{one.separation:.0f}" for one in first.experiments)
+        told = "; ".join("/".join(f"{value:.0f}" for _, value in one.told) for one in first.experiments)
+        if (effect,) not in [tuple(names) for names in first.alternatives]:
+            print(f"{label}{first.alternatives}: the truth is not among the tied", flush=True)
+            ends["proposed"]["truth not among the tied"] += 1
+            continue
         print(
             f"{label}{first.alternatives} ({seconds:.1f} s)\n    {first.next_experiment}\n    all: {told}", flush=True
         )
@@ -134,7 +139,8 @@ def main() -> None:
             columns = perform(case, experiment.motion, np.random.default_rng([78, case.spec.seed]))
             again = diagnose(with_recording(axis, recordings, columns), axis)
             end = outcome(again, (effect,))
-            sure = "" if way == "repeated" else " sufficient" if best.to_dict()["sufficient"] else " insufficient"
+            enough = " sufficient" if best.separation >= NEEDED else " partly" if best.settled else " insufficient"
+            sure = "" if way == "repeated" else enough
             ends[way][end + sure] += 1
             print(f"    {way}: {end} {again.alternatives}", flush=True)
     for way, count in ends.items():
