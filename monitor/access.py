@@ -32,6 +32,7 @@ def security_settings(config: Config) -> dict[str, Any]:
         publishers=security.publishers,
         viewers=security.viewers,
         operators=security.operators,
+        recorders=security.recorders,
     )
     return {"identity": Path(security.identity), "extra": [("access_control", control)]}
 
@@ -43,6 +44,7 @@ def access_control(
     publishers: Mapping[str, Sequence[str]],
     viewers: Sequence[str] = (),
     operators: Sequence[str] = (),
+    recorders: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Zenoh's `access_control` for the roles of a site.
 
@@ -52,6 +54,7 @@ def access_control(
         publishers: the axes each may publish, by the common name of its certificate; `*` means all.
         viewers: common names.
         operators: common names.
+        recorders: common names.
     """
     root = f"{prefix}/{site}"
     rules: list[dict[str, Any]] = []
@@ -70,6 +73,8 @@ def access_control(
     grant("viewer", viewers, _viewer("viewer", root))
     operator = _rule("operator commands", [f"{root}/*/command"], ["query", "liveliness_query"], THEIRS)
     answer = _rule("operator answers", [f"{root}/*/command"], ["reply", "declare_queryable"], OURS)
+    raw = [f"{root}/*/{keys.SAMPLES}{tail}" for tail in ("", "/@adv/**")]
+    grant("recorder", recorders, _reading("recorder", [*raw, f"{root}/{keys.ALIVE}/*"]))
     grant("operator", operators, [*_viewer("operator", root), operator, answer])
     return {
         "enabled": True,

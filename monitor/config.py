@@ -156,6 +156,7 @@ class SecuritySection(_Section):
     )
     viewers: tuple[str, ...] = Field(default=(), description="common names that may read answers, alerts and history")
     operators: tuple[str, ...] = Field(default=(), description="common names that may also acknowledge and shelve")
+    recorders: tuple[str, ...] = Field(default=(), description="common names that may get raw samples, to record them")
 
 
 class LogSection(_Section):
@@ -265,7 +266,7 @@ def link_problem(listen: tuple[str, ...], security: SecuritySection) -> str | No
                 f"zenoh.listen has {plain[0]!r}, which asks nobody for a certificate; with [security] use tls/<address>"
             )
         return None
-    if security.publishers or security.viewers or security.operators:
+    if security.publishers or security.viewers or security.operators or security.recorders:
         return "security names roles but no identity; give security.identity, else nobody's certificate is asked for"
     secure = next((endpoint for endpoint in listen if endpoint.startswith("tls/")), None)
     return None if secure is None else f"zenoh.listen has {secure!r}, but security.identity is empty; give its folder"

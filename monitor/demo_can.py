@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from monitor.demo_processes import SITE, Child, Place, endpoint, running
+from plant.bridge_file import read_bridge
+from plant.bus_can import carries_frames
 from plant.errors import ReachError
 from plant.scenario_file import read_scenario
 
@@ -26,6 +28,12 @@ def can_bridge(place: Place, port: int) -> Iterator[Child]:
         ReachError: the bus cannot be had; says why.
     """
     _write_bridge(place, port)
+    settings = read_bridge(place.folder / BRIDGE)
+    if not carries_frames(settings.can.interface, settings.can.channel, settings.options):
+        raise ReachError(
+            f"datagrams to {GROUP} do not come back to this computer: the demo's CAN bus needs IP multicast "
+            "(a network with a default route, or: ip route add 239.0.0.0/8 dev lo); leave --can out"
+        )
     child = Child("bridge", ["bridge", "--config", BRIDGE], place.folder)
     with running(child):
         _wait_for(child)

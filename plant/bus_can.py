@@ -25,6 +25,7 @@ from plant.errors import InputError, ReachError
 
 LISTEN = 0.1  # s that one recv waits; the longest time to notice a stop
 MOST_WAITING = 200_000  # frames that wait to be processed, 20 s of a full bus; more are dropped, counted
+ECHO = 2.0  # s in which a frame must come back
 FIRST_PAUSE = 0.1  # s before the first attempt to open the bus again
 RECEIVE_BUFFER = 8 << 20  # bytes asked of the kernel; it gives what net.core.rmem_max allows
 FOREIGN_CLOCK = 86_400.0  # s; a stamp farther from now is not Unix time, and the host's clock is taken
@@ -77,6 +78,23 @@ def open_bus(interface: str, channel: str, bitrate: int = 0, options: Mapping[st
         raise ReachError(f"{where}: cannot be opened: {_words(error)}{hint}") from None
     _enlarge(bus)
     return bus
+
+
+def carries_frames(interface: str, channel: str, options: Mapping[str, Any] | None = None) -> bool:
+    """Whether a frame sent on this bus reaches another program on this computer; for buses without hardware.
+
+    Raises:
+        InputError, ReachError: see `open_bus`.
+    """
+    with contextlib.ExitStack() as stack:
+        one, other = (open_bus(interface, channel, 0, options) for _ in range(2))
+        stack.callback(one.shutdown)
+        stack.callback(other.shutdown)
+        try:
+            one.send(can.Message(arbitration_id=0x7FF, is_extended_id=False), timeout=1.0)
+            return other.recv(ECHO) is not None
+        except (can.CanError, OSError):
+            return False
 
 
 def _words(error: BaseException) -> str:

@@ -47,10 +47,10 @@ def expire(folder, name):
 def site(tmp_path_factory):
     """A daemon that asks for certificates; folders of everybody's identity."""
     folder = tmp_path_factory.mktemp("secured")
-    pki = authority(folder / "pki", "daemon", "gateway", "office", "shift", "stranger")
+    pki = authority(folder / "pki", "daemon", "gateway", "office", "shift", "logger", "stranger")
     expire(pki, "late")
     authority(folder / "foreign", "gateway")
-    roles = '[security]\nidentity = "pki/daemon"\nviewers = ["office"]\noperators = ["shift"]\n'
+    roles = '[security]\nidentity = "pki/daemon"\nviewers = ["office"]\noperators = ["shift"]\nrecorders = ["logger"]\n'
     roles += 'publishers = { gateway = ["axis-1"] }\n'
     with Plant(folder, settings=roles) as plant:
         plant.endpoint = plant.endpoint.replace("tcp/", "tls/")
@@ -97,10 +97,31 @@ def test_each_role_can_do_its_own_and_no_more(site):
         at_gateway.close()
 
 
+def test_a_recorder_gets_raw_samples_and_a_bridge_tells_what_it_counts(site):
+    with session(site, "gateway") as gateway, session(site, "logger") as logger, session(site, "office") as office:
+        raw, told, answers = [], [], Ear(logger)
+        ear = logger.declare_subscriber(keys.samples_pattern(SITE), raw.append)
+        desk = office.declare_subscriber(f"tribowatch/{SITE}/*/{keys.BRIDGE}", told.append)
+
+        def tell():
+            for name in ("other", "gateway"):
+                gateway.put(keys.bridge_key(SITE, name), b"{}")
+            return told
+
+        wait_for(tell, 30, "the status of the bridge at the office")  # again until the links know each other
+        assert {str(one.key_expr) for one in told} == {keys.bridge_key(SITE, "gateway")}
+        send(site, gateway, epoch=3)
+        wait_for(lambda: len(raw) >= 20, 30, "the raw samples at the recorder")
+        assert not answers.heard["parameters"], "a recorder reads no answers"
+        ear.undeclare()
+        desk.undeclare()
+        answers.close()
+
+
 @pytest.mark.parametrize(
     ("who", "axis"),
-    [("office", "axis-1"), ("shift", "axis-1"), ("stranger", "axis-1"), ("gateway", "axis-2")],
-    ids=["viewer", "operator", "no role", "somebody else's axis"],
+    [("office", "axis-1"), ("shift", "axis-1"), ("logger", "axis-1"), ("stranger", "axis-1"), ("gateway", "axis-2")],
+    ids=["viewer", "operator", "recorder", "no role", "somebody else's axis"],
 )
 def test_nobody_else_can_publish(site, who, axis):
     before = samples_of(site, axis)
