@@ -71,16 +71,16 @@ def accrual_figure(accrual: Accrual, unit: str) -> Figure:
     return {"data": [running, {**bars, "marker": {"color": AFTER}, "name": "gained"}], "layout": layout}
 
 
-def prediction_figure(seen: Prediction, unit: str) -> Figure:
-    """One-second free runs on unseen data: position above, error below, in thousandths of the unit."""
+def prediction_figure(seen: Prediction, unit: str, what: str = "unseen data", first: str = "baseline") -> Figure:
+    """One-second free runs on `what`: position above, error below, in thousandths of the unit; `first` made them."""
     layout = bare(440)
-    layout["xaxis"] = {"anchor": "y2", "title": {"text": "unseen data [s]"}}
+    layout["xaxis"] = {"anchor": "y2", "title": {"text": f"{what} [s]"}}
     layout["yaxis"] = {"domain": [0.55, 1.0], "title": {"text": f"position [{unit}]"}}
     layout["yaxis2"] = {"domain": [0.0, 0.45], "title": {"text": f"error [m{unit}]"}, "anchor": "x"}
     cut = np.flatnonzero(np.diff(seen.run)) + 1
     t = np.insert(seen.t, cut, np.nan)
     data = [trace(seen.t, seen.position, "measured", MEASURED, 1, width=3.5)]
-    for model, colour, error in (("baseline", BEFORE, seen.before), ("extended", AFTER, seen.after)):
+    for model, colour, error in ((first, BEFORE, seen.before), ("extended", AFTER, seen.after)):
         if error is not None:
             broken, place = np.insert(error, cut, np.nan), np.insert(seen.position, cut, np.nan)
             data.append({**trace(t, place - broken, model, colour, 1), "legendgroup": model})

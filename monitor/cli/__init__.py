@@ -11,6 +11,7 @@ from monitor.cli.app import app, main
 from monitor.cli.axes import axes_app
 from monitor.cli.axes_check import axes_check_command
 from monitor.cli.axes_init import axes_init_command
+from monitor.cli.axes_report import axes_report_command
 from monitor.cli.bridge import bridge_command
 from monitor.cli.check_config import check_config_command
 from monitor.cli.demo import demo_command
@@ -49,6 +50,7 @@ alerts_app.command("replay-evidence")(replay_evidence_command)
 app.add_typer(alerts_app)
 axes_app.command("init")(axes_init_command)
 axes_app.command("check")(axes_check_command)
+axes_app.command("report")(axes_report_command)
 axes_app.command("event")(axes_life.event_command)
 axes_app.command("events")(axes_life.events_command)
 axes_app.command("versions")(axes_life.versions_command)

@@ -34,8 +34,10 @@ def diagnose_command(
 
     described = read_axis(axis)
     data = read_all(recordings or [], described, axis)
-    if report is not None and not report.absolute().parent.is_dir():
-        raise InputError(f"{report}: the folder {report.absolute().parent} does not exist; create it first")
+    if report is not None:
+        from monitor.report_file import check_folder
+
+        check_folder(report)
     with _Progress(silent=as_json) as progress:
         found = diagnose(data, described, seed=seed, progress=progress.say)
     if report is not None:

@@ -31,21 +31,30 @@ def identify_command(
         str, typer.Option(help="What ga+polish minimises: observer, or output_error (eq. (4) of the paper, free run).")
     ] = "observer",
     seed: Annotated[int, typer.Option(help="Seed of the search; the same seed gives the same answer.")] = 0,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the answer with its figures as one HTML page.", show_default=False)
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify friction from one recording and print the parameters with units and 95 % intervals."""
     from identify.identification import identify_friction
+    from monitor.cli.output import emit_json, screen
+    from monitor.report_file import check_folder, write_identification
     from plant.axis_file import read_axis
 
     described = read_axis(axis)
+    if report is not None:
+        check_folder(report)
     data = cut_window(read_first(recording, described, axis), window)
     result = identify_friction(data, described, seed=seed, method=method, criterion=criterion)
+    if report is not None:
+        write_identification(report, result, described, data)
     if as_json:
-        from monitor.cli.output import emit_json
-
         emit_json(result.to_dict())
     else:
         show_result(result, described, data)
+        if report is not None:
+            screen().print(f"report: {report}")
 
 
 def read_first(path: Path | None, axis: Axis, axis_path: Path) -> Recording:
