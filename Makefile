@@ -56,7 +56,7 @@ bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
 	$(PY) -m tests.benchmarks.bench_history $(ARGS)
 
-bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--peers 40" for less
+bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones
 	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
 
 bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
