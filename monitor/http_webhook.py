@@ -10,7 +10,7 @@ import json
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,8 +56,8 @@ class Postman:
         self._looked = -LOOK_SECONDS
         self._repeated = dict.fromkeys(settings.urls, clock())
 
-    def pump(self, runs: Iterable[AxisRun]) -> None:
-        """Note what was delivered, send what is due; never waits. Alerts of `runs` that stand are repeated."""
+    def pump(self, runs: Collection[AxisRun]) -> None:
+        """Note what was delivered, send what is due of `runs`, repeat what stands; never waits."""
         done = [url for url, (_, answer) in self._sent.items() if answer.done()]
         for url in done:
             self._note(*self._sent.pop(url))
@@ -69,8 +69,8 @@ class Postman:
             if url not in self._sent:
                 self._send_next(url, now, runs)
 
-    def _send_next(self, url: str, now: float, runs: Iterable[AxisRun]) -> None:
-        letter = self._store.next_letter(url)
+    def _send_next(self, url: str, now: float, runs: Collection[AxisRun]) -> None:
+        letter = self._store.next_letter(url, [run.record.id for run in runs])
         wall_ns = self._wall()
         if letter is not None:
             wait_ns = letter.next_ns - wall_ns
@@ -128,7 +128,7 @@ def _message(letter: Letter, now_ns: int) -> dict[str, Any]:
     return message_of({**row["alert"], "axis": letter.axis}, row["after"], row["at_ns"], row["author"], now_ns)
 
 
-def _standing(runs: Iterable[AxisRun], now_ns: int) -> list[dict[str, Any]]:
+def _standing(runs: Collection[AxisRun], now_ns: int) -> list[dict[str, Any]]:
     return [
         message_of(one.alert, one.alarm.state, one.alarm.since_ns, "", now_ns)
         for run in runs

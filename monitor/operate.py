@@ -52,21 +52,26 @@ Action = Callable[[Floor, AxisRun, Command], dict[str, Any]]
 
 
 def serve(floor: Floor, box: CommandBox) -> None:
-    """Execute everything that waits in `box`.
+    """Execute everything that waits in `box`; every command is answered.
 
     Raises:
-        DatabaseError: after the one who asked was told; the daemon cannot go on without its history.
+        DatabaseError: after those who asked were told; the daemon cannot go on without its history.
     """
+    out_of_reach: DatabaseError | None = None
     for command, answer in box.take():
+        if out_of_reach is not None:
+            answer.set_exception(out_of_reach)
+            continue
         try:
             answer.set_result(operate(floor, command))
         except TribowatchError as error:
             answer.set_exception(error)
-            if isinstance(error, DatabaseError):
-                raise
+            out_of_reach = error if isinstance(error, DatabaseError) else None
         except Exception as error:
             log.exception("a command tripped an error of ours", action=command.action, axis=command.axis)
             answer.set_exception(QueryError(f"this command failed ({type(error).__name__}); the daemon's log says why"))
+    if out_of_reach is not None:
+        raise out_of_reach
 
 
 def operate(floor: Floor, command: Command) -> dict[str, Any]:

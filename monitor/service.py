@@ -154,7 +154,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
                         ready = None
                     while not stop.is_set() and roster.changes == changes:
                         pipeline.step()
-                        postman.pump(pipeline.fleet)
+                        postman.pump(pipeline.runs.values())
                         onlookers.board.turn(len(inbox), pipeline.backlog, workers.busy)
                         pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
             except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written

@@ -21,7 +21,6 @@ from monitor.models import (
     BlockRow,
     EstimateRow,
     GapRow,
-    ParameterRow,
     WindowRow,
 )
 from monitor.models_life import AxisVersionRow, EventRow
@@ -47,6 +46,8 @@ from plant.axis import Axis
 AXIS_FILE = "axis file"  # the author of what a changed axis file brings
 # Core statements on tables, made once: the intake runs them several times a second for every axis
 _INSERT_BLOCK = insert(Base.metadata.tables["block"])
+_INSERT_ESTIMATE = insert(Base.metadata.tables["estimate"])
+_INSERT_PARAMETER = insert(Base.metadata.tables["parameter"])
 _AXIS = Base.metadata.tables["axis"]
 _UPDATE_AXIS = (
     update(_AXIS)
@@ -239,14 +240,14 @@ class Store(AlarmStore, LifeStore):
         estimate: Estimate,
         indicators: list[dict[str, Any]],
     ) -> None:
-        db.execute(insert(EstimateRow).values(estimate_row(axis, window_row, estimate, indicators)))
+        db.execute(_INSERT_ESTIMATE, estimate_row(axis, window_row, estimate, indicators))
         common = {"window_id": window_row, "axis_id": axis.id, "end_ns": estimate.window.end_ns}
         known = {one.name for one in estimate.parameters}
         watched = (one for one in as_parameters(indicators) if one.name not in known)
         trended = (*estimate.parameters, *watched)
         if trended:
             rows = [{**common, **dataclasses.asdict(one)} for one in trended]
-            db.execute(insert(ParameterRow), rows)
+            db.execute(_INSERT_PARAMETER, rows)
             add_to_roll_ups(db, rows)
 
 

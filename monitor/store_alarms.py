@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from sqlalchemy import Connection, delete, insert, select, update
@@ -82,14 +82,14 @@ class AlarmStore(SharingStore):
 
     # --- outbox -------------------------------------------------------------------------------------------
 
-    def next_letter(self, receiver: str) -> Letter | None:
-        """The oldest transition that `receiver` was not told yet; None when it knows all."""
+    def next_letter(self, receiver: str, axes: Collection[int]) -> Letter | None:
+        """The oldest transition of `axes` (their rows) that `receiver` was not told yet; None when it knows all."""
         query = (
             select(OutboxRow.id.label("letter"), OutboxRow.tries, OutboxRow.next_ns, TransitionRow.__table__)
             .add_columns(AxisRow.name.label("axis"))
             .join(TransitionRow, TransitionRow.id == OutboxRow.transition_id)
             .join(AxisRow, AxisRow.id == TransitionRow.axis_id)
-            .where(OutboxRow.receiver == receiver, OutboxRow.delivered_ns.is_(None))
+            .where(OutboxRow.receiver == receiver, OutboxRow.delivered_ns.is_(None), TransitionRow.axis_id.in_(axes))
             .order_by(OutboxRow.transition_id)
             .limit(1)
         )

@@ -5,6 +5,7 @@ Kept up to date with every answer, so that a range of any length is a few hundre
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 from sqlalchemy import Connection, case, delete, func, insert, literal, select
@@ -20,31 +21,34 @@ SPANS = (HOUR, 24 * HOUR)  # ns: 500 points of a month need hours, of years days
 def add_to_roll_ups(db: Connection, parameters: list[dict[str, Any]]) -> None:
     """Count new rows of `parameter` in."""
     rows = [_row(one, span) for one in parameters for span in SPANS]
-    if not rows:
-        return
-    make = postgresql.insert if db.dialect.name == "postgresql" else sqlite.insert
-    new = make(RollUpRow)
-    old, more = RollUpRow, new.excluded
-    bounded = old.bounded + more.bounded
+    if rows:
+        db.execute(_upsert(db.dialect.name), rows)
+
+
+@functools.cache
+def _upsert(dialect: str) -> Any:
+    """The statement that adds a row or merges it into the one that is there; made once, it is needed all the time."""
+    table = RollUpRow.metadata.tables[RollUpRow.__tablename__]
+    new = (postgresql.insert if dialect == "postgresql" else sqlite.insert)(table)
+    old, more = table.c, new.excluded
+    total, bounded = old["count"] + more["count"], old.bounded + more.bounded
 
     def mean_of_bounds(name: str) -> Any:
-        known, coming = getattr(old, name), getattr(more, name)
-        total = func.coalesce(known, 0.0) * old.bounded + func.coalesce(coming, 0.0) * more.bounded
-        return total / func.nullif(bounded, 0)
+        summed = func.coalesce(old[name], 0.0) * old.bounded + func.coalesce(more[name], 0.0) * more.bounded
+        return summed / func.nullif(bounded, 0)
 
-    total = old.count + more.count
     merged = {
         "last_ns": _larger(old.last_ns, more.last_ns, 1),
         "count": total,
         "bounded": bounded,
-        "mean": old.mean + (more.mean - old.mean) * more.count / total,
-        "min": _larger(old.min, more.min, -1),
-        "max": _larger(old.max, more.max, 1),
+        "mean": old.mean + (more.mean - old.mean) * more["count"] / total,
+        "min": _larger(old["min"], more["min"], -1),
+        "max": _larger(old["max"], more["max"], 1),
         "low": mean_of_bounds("low"),
         "high": mean_of_bounds("high"),
     }
     keys = [old.axis_id, old.parameter, old.span, old.start_ns]
-    db.execute(new.on_conflict_do_update(index_elements=keys, set_=merged), rows)
+    return new.on_conflict_do_update(index_elements=keys, set_=merged)
 
 
 def _larger(one: Any, other: Any, sign: int) -> Any:

@@ -8,7 +8,7 @@ from monitor.alarm_desk import AlarmDesk
 from monitor.commands import WAITING, Command, CommandBox
 from monitor.config import Config
 from monitor.drift import DriftState
-from monitor.errors import QueryError
+from monitor.errors import DatabaseError, QueryError
 from monitor.fleet import Fleet
 from monitor.operate import ACTIONS, Floor, operate, serve
 from monitor.queries import Reader
@@ -100,6 +100,18 @@ def test_an_axis_that_is_listed_cannot_be_deleted_and_a_stranger_can(floor, url)
 def test_what_cannot_be_done_is_said(floor, action, axis, author, arguments, said):
     with pytest.raises(QueryError, match=said):
         operate(floor, Command(action, axis, arguments, author))
+
+
+def test_when_the_history_is_away_everybody_who_asked_is_told(floor, monkeypatch):
+    def away(*_):
+        raise DatabaseError("history.db: away")
+
+    monkeypatch.setitem(ACTIONS, "event", away)
+    box = CommandBox()
+    answers = [box.submit(Command("event", "axis-1", {"text": "oiled"}, "Ada")) for _ in range(3)]
+    with pytest.raises(DatabaseError, match="away"):
+        serve(floor, box)
+    assert [str(one.exception(0)) for one in answers] == ["history.db: away"] * 3
 
 
 def test_every_command_is_answered_whatever_happens(floor, monkeypatch):

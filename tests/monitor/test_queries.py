@@ -17,7 +17,7 @@ from monitor.windows import Outcome, StreamState, Window, WindowId
 from plant.presets import paper_axis
 from tests.monitor.estimates import DAY_NS, estimate
 
-N = 400
+N = 250
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_all_answers_come_as_they_are_when_they_fit(reader):
     assert got[10]["t"] == iso(10 * DAY_NS + 20 * 10**9)
 
 
-@pytest.mark.parametrize("most", [1, 7, 100, 333, 399])
+@pytest.mark.parametrize("most", [1, 7, 100, 249])
 def test_roll_up_keeps_mean_extremes_and_number(reader, most):
     got = points(reader, points=most)
     assert 0.5 * most < len(got) <= most
@@ -131,7 +131,7 @@ def test_spans_to_words():
 
 # --- roll-ups ---------------------------------------------------------------------------------------------------
 
-MANY = 400
+MANY = 250
 
 
 def fill(url, times_ns, values, name="axis-1"):
@@ -151,7 +151,7 @@ def fill(url, times_ns, values, name="axis-1"):
 def dense(module_history_url):
     """Answers at irregular times over 40 days, with a long pause; (reader, times, values)."""
     rng = np.random.default_rng(8)
-    gaps = rng.exponential(40 * 86_400e9 / MANY, MANY) * (1 + 300 * (np.arange(MANY) == 200))
+    gaps = rng.exponential(40 * 86_400e9 / MANY, MANY) * (1 + 300 * (np.arange(MANY) == 120))
     times, values = np.cumsum(gaps).astype(np.int64) + 10**15, rng.normal(90, 5, MANY)
     fill(module_history_url, times, values, "dense")[0].close()
     with Reader(module_history_url) as one:
@@ -176,7 +176,7 @@ def check_points(got, times, values, most):
 
 
 @given(st.integers(1, 600), st.floats(-0.1, 1.1), st.floats(0, 1.1))
-@settings(max_examples=60)
+@settings(max_examples=30)
 def test_any_range_in_any_number_of_points_is_what_the_answers_say(dense, most, begin, length):
     reader, times, values = dense
     span = int(times[-1] - times[0])

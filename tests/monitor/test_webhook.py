@@ -87,12 +87,12 @@ class Office:
     def pump(self, seconds=1.0):
         """Let time pass, and wait for the request that is on its way, if there is one."""
         self.clock += seconds
-        self.postman.pump(self.site.floor.fleet)
+        self.postman.pump(self.site.floor.fleet.runs.values())
         on_the_way = [answer for _, answer in self.postman._sent.values()]
         for answer in on_the_way:
             answer.result(20)
         if on_the_way:
-            self.postman.pump(self.site.floor.fleet)
+            self.postman.pump(self.site.floor.fleet.runs.values())
         return len(on_the_way)
 
     def settle(self):
@@ -160,7 +160,7 @@ def test_one_receiver_that_is_away_does_not_keep_another_waiting(tmp_path, recei
     office.site.observe(JAM)
     wait_for(lambda: office.pump() == 0 or receiver.taken, 30, "delivery")
     assert receiver.said() == [("jam", "unacknowledged")]
-    assert office.site.store.next_letter("http://127.0.0.1:9/api/v2/alerts").tries >= 1
+    assert office.site.store.next_letter("http://127.0.0.1:9/api/v2/alerts", [1]).tries >= 1
     office.close()
 
 
