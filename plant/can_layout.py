@@ -167,10 +167,11 @@ def raw_values(signal: Signal, payload: Bytes) -> NDArray[np.int64] | Floats:
 def decode_signal(signal: Signal, payload: Bytes) -> Floats:
     """Values of `signal` in SI in frames `payload` (n, length)."""
     values: Floats = raw_values(signal, payload).astype(np.float64)
-    if signal.scale != 1.0:
-        values *= signal.scale
-    if signal.offset:
-        values += signal.offset
+    with np.errstate(over="ignore", invalid="ignore"):  # floats at the end of their range; who reads them checks
+        if signal.scale != 1.0:
+            values *= signal.scale
+        if signal.offset:
+            values += signal.offset
     return values
 
 

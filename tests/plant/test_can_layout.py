@@ -3,7 +3,7 @@
 import cantools
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from plant.can_layout import AxisLayout, Frame, Signal, decode_signal, encode_frame, frame_key, show_id
@@ -33,8 +33,9 @@ def dbc(start, length, big, signed, is_float, scale, offset):
     return text + (f"SIG_VALTYPE_ 385 S : {kind};\n" if kind else "")
 
 
-@settings(max_examples=250)
+@settings(max_examples=200)
 @given(signal=signals(), payload=st.lists(st.binary(min_size=8, max_size=8), min_size=1, max_size=8))
+@example((7, 64, True, True, True, 2.0, 0.0), [b"\x7f\xe0" + 6 * b"\0"])
 def test_every_signal_decodes_as_cantools_decodes_it(signal, payload):
     start, length, big, signed, is_float, scale, offset = signal
     message = cantools.database.load_string(dbc(*signal), "dbc").get_message_by_name("M")
