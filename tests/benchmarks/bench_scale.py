@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.benchmarks.scale_corridor import cost
 from tests.benchmarks.scale_streams import Generator
 from tests.scenarios.harness import SITE, Plant, wait_for
 
@@ -131,7 +132,10 @@ def main() -> int:
     rows = []
     for count in map(int, chosen.axes.split(",")):
         with tempfile.TemporaryDirectory() as folder:
+            corridor = cost(Path(folder), count, max(10, 3000 // count))
+        with tempfile.TemporaryDirectory() as folder:
             rows.append(measure(count, chosen.long if count >= 1000 else chosen.seconds, Path(folder)))
+        rows[-1]["corridor_cpu_ms_per_axis_second"] = round(1e3 * corridor, 3)
         sys.stdout.write(json.dumps(rows[-1]) + "\n")
         sys.stdout.flush()
     if len(rows) > 1:

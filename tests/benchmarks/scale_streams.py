@@ -61,7 +61,7 @@ class Stream:
     def __init__(self, session: zenoh.Session, site: str, name: str, waves: list, epoch: int) -> None:
         self.publisher = session.declare_publisher(
             keys.samples_key(site, name), encoding="application/cbor",
-            congestion_control=zenoh.CongestionControl.BLOCK_FIRST,
+            congestion_control=zenoh.CongestionControl.BLOCK,
         )  # fmt: skip
         self.kinds = [templates(name, epoch, *wave) for wave in waves]
         self.kind = self.seq = 0
