@@ -67,10 +67,10 @@ class Listener:
         self.status[content["axis"]] = content
 
 
-def measure(count: int, seconds: float, folder: Path) -> dict:
-    """Run `count` axes for `seconds`."""
+def measure(count: int, seconds: float, folder: Path, hop: int = 500) -> dict:
+    """Run `count` axes for `seconds`, with windows every `hop` samples."""
     names = [f"axis-{k:04d}" for k in range(count)]
-    with Plant(folder, axes=names, settings=SETTINGS) as plant:
+    with Plant(folder, axes=names, settings=SETTINGS.replace("hop = 500", f"hop = {hop}")) as plant:
         plant.start(300.0)
         with plant.session() as session:
             ears = Listener(session)
@@ -128,13 +128,14 @@ def main() -> int:
     options.add_argument("--axes", default="1,10,100,1000")
     options.add_argument("--seconds", type=float, default=100.0)
     options.add_argument("--long", type=float, default=300.0, help="seconds for 1000 axes and more")
+    options.add_argument("--hop", type=int, default=500, help="samples from one window to the next")
     chosen = options.parse_args()
     rows = []
     for count in map(int, chosen.axes.split(",")):
         with tempfile.TemporaryDirectory() as folder:
             corridor = cost(Path(folder), count, max(10, 3000 // count))
         with tempfile.TemporaryDirectory() as folder:
-            rows.append(measure(count, chosen.long if count >= 1000 else chosen.seconds, Path(folder)))
+            rows.append(measure(count, chosen.long if count >= 1000 else chosen.seconds, Path(folder), chosen.hop))
         rows[-1]["corridor_cpu_ms_per_axis_second"] = round(1e3 * corridor, 3)
         sys.stdout.write(json.dumps(rows[-1]) + "\n")
         sys.stdout.flush()
