@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -112,6 +112,12 @@ next-experiment: $(VENV)/.ready-dev  ## does the experiment a diagnosis proposes
 
 before-after: $(VENV)/.ready-dev  ## commissioning and today: changes seen, and seen where there are none; ARGS="--pairs 90"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.before_after $(ARGS)
+
+page-figures: $(VENV)/.ready-dev  ## first paint and data size of each view of the page; ARGS="--axes 20 --windows 365"
+	$(PY) -m tests.page.measure $(ARGS)
+
+picture: $(VENV)/.ready-dev  ## the screenshot of the README, from a demo that runs for it
+	$(PY) -m tests.page.picture $(ARGS)
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

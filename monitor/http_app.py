@@ -17,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from monitor import questions
 from monitor.board import Board
 from monitor.commands import Command, CommandBox
 from monitor.config import Config
@@ -65,6 +66,7 @@ class Page:
         routes += [
             Route(f"{API}/status", caught(self._status)),
             Route(f"{API}/events", caught(self._events)),
+            Route(f"{API}/evidence/{{number}}", caught(self._evidence)),
             Route(f"{API}/axes/{{axis}}/commands/{{action}}", caught(self._command), methods=["POST"]),
             Route("/metrics", caught(self._metrics)),
             Route("/healthz", caught(self._health)),
@@ -140,6 +142,13 @@ class Page:
             first += [event("alert", one, one["number"]) for one in missed]
         first.append(event("hello", {"site": self.config.site, "assets": assets.version()}))
         return StreamingResponse(self.hub.stream(first), media_type="text/event-stream")
+
+    async def _evidence(self, request: Request) -> Response:
+        """A bundle as it was kept: a zip that says what it holds."""
+        number = questions.whole(request.path_params, "number", 1)
+        content = await self.readers.ask(lambda reader: reader.evidence(number))
+        name = {"content-disposition": f'attachment; filename="evidence-{number}.zip"'}
+        return Response(content, media_type="application/zip", headers=name)
 
     async def _command(self, request: Request) -> Response:
         visitor: Visitor = request.scope["visitor"] or LOCAL

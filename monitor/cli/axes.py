@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import typer
 
-from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
-
-if TYPE_CHECKING:
-    from monitor.query_rows import AxisSummary
+from monitor.cli.options import AsJson, ConfigFile, StateDir, history_url
 
 axes_app = typer.Typer(
     name="axes",
@@ -22,56 +19,70 @@ axes_app = typer.Typer(
 def axes_command(
     context: typer.Context, config: ConfigFile = None, state_dir: StateDir = None, as_json: AsJson = False
 ) -> None:
-    """List the axes of the history: windows, latest friction, baseline, alarms, gaps."""
+    """List the axes of the history, the most urgent first: alarms, latest friction, change, trend, gaps."""
     if context.invoked_subcommand is not None:
         return
-    with open_history(config, state_dir) as reader:
-        found = reader.axes()
-    if as_json:
-        from monitor.cli.output import emit_json
+    from monitor.cli.output import emit_json
+    from monitor.query_page import PageReader
 
-        emit_json({"axes": [axis.to_dict() for axis in found]})
-    else:
-        _show(found)
+    with PageReader(history_url(config, state_dir)[0]) as reader:
+        if as_json:
+            emit_json({"axes": [axis.to_dict() for axis in reader.axes()]})
+        else:
+            _show(reader.fleet())
 
 
-def _show(found: list[AxisSummary]) -> None:
-    """Print one row per axis."""
-    from monitor.cli.output import make_table, screen, show_time
+def _show(found: list[dict[str, Any]]) -> None:
+    """Print one row per axis, the most urgent first."""
+    from monitor.cli.output import make_table, screen, show_time, sparkline
 
     out = screen()
     if not found:
         out.print("No axis is listed or was heard yet.")
         return
-    columns = ("axis", "latest sample (UTC)", ">windows", ">waiting", "baseline", "Coulomb force", ">missing", "alarms")
+    columns = (
+        "axis",
+        "how it is",
+        "Coulomb friction",
+        ">change",
+        "60 days",
+        ">to alarm",
+        ">missing",
+        "latest sample (UTC)",
+    )
     rows = [
         (
-            axis.name,
-            show_time(axis.last_ns),
-            str(axis.windows),
-            str(axis.pending),
-            _baseline(axis),
-            _latest(axis),
-            str(axis.missing),
-            ", ".join(f"{kind}: {state.replace('_', ' ')}" for kind, state in axis.alarms.items()) or "none",
+            axis["axis"],
+            _how(axis),
+            _latest(axis["friction"]),
+            "–" if axis["change"] is None else f"{100 * axis['change']:+.1f} %",
+            sparkline(axis["trend"], 16),
+            _height(axis),
+            str(axis["missing"]),
+            show_time(axis["last_sample_ns"]),
         )
         for axis in found
     ]
     out.print(make_table(columns, rows))
 
 
-def _baseline(axis: AxisSummary) -> str:
-    """How far learning has come."""
-    if not axis.listed:
-        return "not listed: not identified"
-    return f"{'learned from' if axis.learning['complete'] else 'learning,'} {axis.learning['windows']} windows"
+def _how(axis: dict[str, Any]) -> str:
+    """What to do about it, and why."""
+    alarms = ", ".join(f"{one['kind'].replace('_', ' ')} {one['state'].replace('_', ' ')}" for one in axis["alarms"])
+    return f"{axis['urgency']['word']}: {alarms}" if alarms else str(axis["urgency"]["word"])
 
 
-def _latest(axis: AxisSummary) -> str:
+def _height(axis: dict[str, Any]) -> str:
+    """How far its charts have come towards an alarm, or how far learning has."""
+    if axis["height"] is not None:
+        return f"{100 * axis['height']:.0f} %"
+    return f"{axis['baseline']['windows']} learned" if axis["listed"] else "not identified"
+
+
+def _latest(friction: dict[str, Any] | None) -> str:
     """Latest Coulomb friction with its interval."""
     from monitor.cli.output import show_interval, show_number
 
-    if axis.latest is None:
+    if friction is None:
         return "–"
-    found = axis.latest["parameters"]["coulomb_force"]
-    return f"{show_number(found['value'])} {found['unit']} {show_interval(found['ci95'])}"
+    return f"{show_number(friction['value'])} {friction['unit']} {show_interval(friction['ci95'])}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from monitor.cli.options import AsJson
+from monitor.cli.working import Working
 from plant.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def diagnose_command(
         from monitor.report_file import check_folder
 
         check_folder(report)
-    with _Progress(silent=as_json) as progress:
+    with Working("diagnosing", silent=as_json) as progress:
         found = diagnose(data, described, seed=seed, progress=progress.say)
     if report is not None:
         from monitor.report_file import write_report
@@ -70,29 +71,6 @@ def read_all(paths: list[Path], axis: Axis, axis_path: Path) -> list[Recording]:
     if not axis.recordings:
         raise InputError(f"{axis_path}: no [[recording]] is listed; give one: tribowatch diagnose RECORDING --axis ...")
     return with_remarks([read_recording_entry(entry, axis) for entry in axis.recordings])
-
-
-class _Progress:
-    """A spinner on stderr that says what is being tried; nothing where nobody looks."""
-
-    def __init__(self, *, silent: bool) -> None:
-        from monitor.cli.output import screen
-
-        self._status = None if silent else screen(stderr=True).status("diagnosing")
-
-    def __enter__(self) -> _Progress:
-        if self._status is not None:
-            self._status.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._status is not None:
-            self._status.stop()
-
-    def say(self, what: str) -> None:
-        """Show what is being tried."""
-        if self._status is not None:
-            self._status.update(f"diagnosing: {what.replace('_', ' ')}")
 
 
 def show_diagnosis(found: Diagnosis) -> None:

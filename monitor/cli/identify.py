@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from monitor.cli.options import AsJson
+from monitor.cli.working import Working
 from plant.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ def identify_command(
     if report is not None:
         check_folder(report)
     data = cut_window(read_first(recording, described, axis), window)
-    result = identify_friction(data, described, seed=seed, method=method, criterion=criterion)
+    with Working("identifying", silent=as_json):
+        result = identify_friction(data, described, seed=seed, method=method, criterion=criterion)
     if report is not None:
         write_identification(report, result, described, data)
     if as_json:

@@ -73,7 +73,7 @@ def test_curves_and_charts_of_an_axis(served):
 
 def test_every_address_is_documented_and_answers(served):
     page = (ROOT / "docs" / "http-api.md").read_text(encoding="utf-8")
-    for path in [*ANSWERS, "/status", "/events", "/axes/{axis}/commands/{action}"]:
+    for path in [*ANSWERS, "/status", "/events", "/evidence/{number}", "/axes/{axis}/commands/{action}"]:
         assert f"`/api/v1{path}`" in page, f"{path} is not documented"
     for path in ANSWERS:
         content = get(served, path.format(axis="axis-2", number=1))
@@ -90,6 +90,8 @@ def test_every_address_is_documented_and_answers(served):
         ("/api/v1/axes/axis-1/history?points=1e9", 400, "whole number"),
         ("/api/v1/axes/axis-1/watch?form=2026", 400, "'form' is not known"),
         ("/api/v1/nothing", 404, "docs/http-api.md"),
+        ("/api/v1/evidence/77", 404, "no evidence number 77"),
+        ("/api/v1/axes/axis-2/diagnoses/9", 404, "no diagnosis number 9"),
         ("/api/v1/../../etc/passwd", 404, "nothing is at"),
         ("/static/x/..%2f..%2fhttp_app.py", 404, "nothing is at"),
     ],

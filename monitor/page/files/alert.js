@@ -5,6 +5,7 @@ import { COLOURS, banded, draw, place } from './charts.js';
 
 const [axis, kind] = location.pathname.split('/').slice(2).map(decodeURIComponent);
 const plot = place(340);
+let bundles = []; // of evidence, kept for this alarm
 const parts = { head: el('div'), figures: el('div'), chart: el('section'), evidence: el('section'), audit: el('section') };
 
 // what is not a number worth a row of its own: drawn, or said in the text
@@ -92,14 +93,19 @@ function render(found) {
     alarmButtons(alert, again),
   );
   const changes = found.transitions.filter((one) => one.kind === kind).reverse().map((one) => [moment(one.transition.at), `${words(one.transition.before)} → ${words(one.transition.after)}`, cause(one.transition.event), one.transition.author]);
-  put(parts.audit,el('h2', {}, 'Audit'), table(['when (UTC)', 'change', 'by', 'who'], changes, { class: 'cards' }), el('p', {}, el('a', { href: `/api/v1${linkTo(axis)}/alerts` }, 'The same as JSON')));
+  put(parts.audit,el('h2', {}, 'Audit'), table(['when (UTC)', 'change', 'by', 'who'], changes, { class: 'cards' }), el('p', {}, el('a', { href: `/api/v1${linkTo(axis)}/alerts` }, 'The same as JSON'), bundles.length ? [' · Evidence to send: ', bundles.slice(0, 3).map((one) => [el('a', { href: `/api/v1/evidence/${one.number}` }, `${moment(one.at)}, number ${one.number}`), ' '])] : null));
   if (!parts.head.isConnected) main.replaceChildren(...Object.values(parts));
   evidence(alert);
   main.dataset.drawn = 'yes';
 }
 
 async function load(fresh) {
-  try { render(await get(`${linkTo(axis)}/alerts`, { fresh })); } catch (error) { main.replaceChildren(problem(error)); }
+  try {
+    const found = await get(`${linkTo(axis)}/alerts`, { fresh });
+    render(found);
+    bundles = (await get(`${linkTo(axis)}/evidence`)).evidence.filter((one) => one.kind === kind);
+    if (bundles.length) render(found);
+  } catch (error) { main.replaceChildren(problem(error)); }
 }
 
 const again = calmly(() => load(true), 1000);

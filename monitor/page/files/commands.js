@@ -63,6 +63,13 @@ export function alarmButtons(alert, done) {
   return el('div', { class: 'buttons' }, found);
 }
 
+/** Makes an effect that was found part of the axis' model. */
+export function promoteButton(axis, effect, done) {
+  if (!about.operate) return null;
+  const said = 'Makes the effect part of this axis’ model from now on; the windows that are kept are identified again, so that trends stay comparable. It can be taken back with demote.';
+  return el('div', { class: 'buttons' }, el('button', { type: 'button', 'data-action': 'promote', onclick: () => ask(axis, 'promote', `Promote ${effect.replaceAll('_', ' ')}`, said, who(), { effect }, done) }, `Promote ${effect.replaceAll('_', ' ')}`));
+}
+
 /** Buttons for the axis itself. */
 export function axisButtons(axis, done) {
   if (!about.operate) return null;

@@ -1,5 +1,6 @@
 // One diagnosis: the verdict, what is left out and how big it is, where it shows, the proof on unseen data, what else fits.
 import { capital, el, figures, follow, get, linkTo, main, moment, number, problem, put, quantity, table, unit, words } from './common.js';
+import { promoteButton } from './commands.js';
 import { draw, place } from './charts.js';
 
 const [axis, numberText] = location.pathname.split('/').slice(2).map(decodeURIComponent);
@@ -76,6 +77,7 @@ async function load() {
       el('h1', {}, headline(found)), el('p', { class: 'lead' }, capital(words(found.explanation ?? ''))), facts(found), effects(found), evidence.section, proof(found), rivals(found),
       el('p', { class: 'soft' }, `Windows from ${moment(one.from)} to ${moment(one.to)} UTC, ${one.windows.length} of them; seed ${one.seed}, tribowatch ${one.software}, ${number(one.seconds, 2)} s.`),
       found.effects?.length ? el('p', {}, 'To make it part of this axis’ model: ', el('code', {}, `tribowatch axes promote ${axis} ${found.effects[0].name}`)) : null,
+      (found.effects ?? []).map((effect) => promoteButton(axis, effect.name, () => {})),
     );
     main.dataset.drawn = 'yes';
     evidence.start();
