@@ -76,7 +76,7 @@ def explain(error: Exception, url: str) -> str:
     where = make_url(url).render_as_string(hide_password=True)
     if where.startswith("sqlite"):
         where = make_url(url).database or where
-    text = (str(getattr(error, "orig", None) or error).splitlines() or [type(error).__name__])[0]
+    whole = str(getattr(error, "orig", None) or error) or type(error).__name__
     known = {
         "file is not a database": "this file is not a database; move it away or set state_dir to another folder",
         "malformed": "the database is damaged; stop the daemon and restore a back-up, or move the file away",
@@ -92,6 +92,6 @@ def explain(error: Exception, url: str) -> str:
         "disk i/o error": "the disk reports an error; check it, and whether the folder is still mounted",
     }
     for words, advice in known.items():
-        if words in text.lower():
+        if words in whole.lower():
             return f"{where}: {advice}"
-    return f"{where}: {text}"
+    return f"{where}: {whole.splitlines()[0]}"

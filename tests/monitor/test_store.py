@@ -324,3 +324,27 @@ def test_roll_ups_are_what_the_answers_make_and_can_be_made_again(store):
     assert len(kept) == len(made) > 8
     for one, other in zip(kept, made, strict=True):
         assert one._mapping == pytest.approx(dict(other._mapping))
+
+
+AWAY = r"does not answer|was stopped|went away|starting up"
+
+
+def test_a_server_that_crashes_loses_nothing_committed_and_the_store_goes_on(postgres):
+    url = postgres.database()
+    store = Store(url)
+    axis, new = journal(store, 0, 45)
+    _, row, window = new[0]
+    store.save(axis, row, answer(window), [], [], [])
+    postgres.stop("immediate")
+    with pytest.raises(DatabaseError, match=AWAY):
+        journal(store, 45, 90, dataclasses.replace(axis))
+    with pytest.raises(DatabaseError, match=AWAY):
+        Reader(url)
+    postgres.start()
+    _, more = journal(store, 45, 90, axis)
+    assert [window.id.first_seq for _, _, window in store.pending()] == [20, 40, 60]
+    assert len(more) == 2
+    with Reader(url) as reader:
+        assert reader.axis("axis-1").verdicts == {"identified": 1}
+        assert reader.history("axis-1")["series"]["coulomb_force"]["answers"] == 1
+    store.close()
