@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import restarted, short_run_criterion, short_run_squares
+from identify.criterion import noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
 from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 SEED = 0  # of the polish's kicks
 WORST = 0.2  # share of the free runs that count no more than the least of them
+REACH = 5  # samples to each side from which a restart's velocity is taken to be known
 MOVES = 0.02  # of the travel within a second: less is a rest
 BLOCKS = 20  # pieces of the recording whose evidence must agree
 FAVOURABLE = 2  # of them that an effect must be able to do without
@@ -116,24 +117,52 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     """Squared errors of one-second free runs, richer over poorer; on `samples`, or on those of the fit. [1].
 
     A few runs that begin in a rest and break away too early or too late would decide a plain sum; each run counts at
-    most as much as one of the worst fifth of those in which the axis moves.
+    most as much as one of the worst fifth of those in which the axis moves. What the noise of the restarts' position
+    and velocity may do to a run counts for nothing.
     """
-    errors = [
-        short_run_squares(one.problem if samples is None else one.problem.on(samples), one.x[: one.problem.p])
-        for one in (poorer, richer)
-    ]
-    moving = _moving(poorer.problem.samples if samples is None else samples)
-    worse = np.maximum(*errors)[moving]
+    if samples is None:
+        samples = poorer.problem.samples
+    cut, states = restarted(samples)
+    errors = [_free_errors(one, cut, states) for one in (poorer, richer)]
+    size = float(np.mean(errors[0] ** 2))
+    doubt = min(noise_level(samples.position) ** 2 / max(size, 1e-300), 1.0)
+    squares = [_forgiven(error, cut, doubt) for error in errors]
+    moving = _moving(cut, float(np.ptp(samples.position)))
+    worse = np.maximum(*squares)[moving]
     most = float(np.quantile(worse, 1.0 - WORST)) if len(worse) else np.inf
-    before, after = (float(np.minimum(each, most).sum()) for each in errors)
+    before, after = (float(np.minimum(each, most).sum()) for each in squares)
     return after / max(before, 1e-300)
 
 
-def _moving(samples: Samples) -> NDArray[np.bool_]:
+def _free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:
+    """Errors of free runs from given states. [m] (n,)"""
+    problem = one.problem.on(cut, states)
+    x = np.concatenate([one.x[: problem.p], np.zeros(2 * cut.runs)])
+    return problem.errors(x[None], np.zeros(4))[:, 0].copy()
+
+
+def _forgiven(error: Floats, cut: Samples, doubt: float) -> Floats:
+    """Squares of each run's errors past an offset and a slope, as far as noise may have put them there. [m²] (runs,)
+
+    Args:
+        error: of all samples. [m] (n,)
+        cut: samples in one-second runs.
+        doubt: variance of the position's noise over that of the errors. [1]
+    """
+    since = cut.t - cut.t[cut.first][cut.run]
+    count, t, tt = (np.add.reduceat(part, cut.first) for part in (np.ones_like(since), since, since**2))
+    square, level, slope = (np.add.reduceat(part, cut.first) for part in (error**2, error, since * error))
+    step = cut.sample_time
+    prior = np.array([2 * REACH + 1, step**2 * REACH * (REACH + 1) * (2 * REACH + 1) / 3.0]) / max(doubt, 1e-12)
+    a, d = count + prior[0], tt + prior[1]
+    taken = (d * level**2 - 2.0 * t * level * slope + a * slope**2) / (a * d - t**2)
+    return np.asarray(np.maximum(square - taken, 0.0), dtype=np.float64)
+
+
+def _moving(cut: Samples, travel: float) -> NDArray[np.bool_]:
     """Whether the axis moves in each one-second run. (runs,)"""
-    cut, _ = restarted(samples)
     reach = np.maximum.reduceat(cut.position, cut.first) - np.minimum.reduceat(cut.position, cut.first)
-    return np.asarray(reach > MOVES * float(np.ptp(samples.position)))
+    return np.asarray(reach > MOVES * travel)
 
 
 def block_sums(gained: Floats) -> Floats:

@@ -46,7 +46,7 @@ def coordinates(samples: Samples, axis: Axis) -> dict[str, Floats]:
     direction = np.where(velocity > RESTING * fastest, 1.0, np.where(velocity < -RESTING * fastest, -1.0, 0.0))
     since_time, since_distance, dwell = _since_reversal(samples, direction)
     force = samples.force
-    rate = np.gradient(force) / samples.sample_time
+    rate = np.diff(force, prepend=force[:1]) / samples.sample_time
     mechanics = axis.mechanics
     return {
         "position": samples.position,

@@ -6,12 +6,13 @@ force goes *into* the model instead, and its effect on the prediction errors is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit
+from identify.preprocess import Samples
 from plant.kernels.laws import LANES
 
 Floats = NDArray[np.float64]
@@ -48,6 +49,12 @@ class View:
         basis, _ = np.linalg.qr(slope[:, scale > 0] / scale[scale > 0])
         rest = error - basis @ (basis.T @ error)
         return cls(fit, fit.x, gain, rest, basis, float(rest @ rest) / len(rest))
+
+    def foreseen(self) -> Samples:
+        """The samples with the positions that were predicted: they do not know the noise they are compared with."""
+        samples = self.fit.problem.samples
+        error = self.fit.problem.errors(self.x[None], self.gain)[:, 0]
+        return replace(samples, position=samples.position - error)
 
     def responses(self, forces: Floats) -> Floats:
         """Change of the prediction errors per newton of each force series (n, q), past the unknowns. [m/N] (n, q)."""

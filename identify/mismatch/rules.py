@@ -102,6 +102,16 @@ def best_of(steps: list[Step]) -> Step | None:
     return best
 
 
+def clock_shift(steps: list[Step]) -> Step | None:
+    """A dead time too short to be physics, where nothing explains much more: how the two channels are stamped."""
+    found = [s for s in steps if s.guise.name == "dead_time" and s.guise in s.fit.problem.guises]
+    shift = next((s for s in found if s.evidence.bic < BIC and s.evidence.z > Z), None)
+    if shift is None or shift.guise.oddity(shift.fit.x[shift.fit.problem.slot(shift.guise)]) is None:
+        return None
+    best = best_of(steps)
+    return shift if best is None or price(shift.fit) < price(best.fit) + 2.0 * TIED_BIC else None
+
+
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:
     """Rivals that these data cannot tell from the winner."""
     best = price(winner.fit)

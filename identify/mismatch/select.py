@@ -10,7 +10,7 @@ import numpy as np
 from identify.mismatch.compare import Fit, compare, fit
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
-from identify.mismatch.rules import BIC, LESSER, Step, best_of, price
+from identify.mismatch.rules import BIC, LESSER, Step, best_of, clock_shift, price
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
@@ -31,12 +31,21 @@ TWINS = {
 
 @dataclass(slots=True)
 class Selection:
-    """The chosen model and what competed with it."""
+    """The chosen model and what competed with it.
+
+    Attributes:
+        baseline: nothing but friction.
+        chosen: the model with all effects, and perhaps a shift of the clock that is none.
+        steps: the effects, in the order of their finding.
+        rivals: what was tried at each step.
+        shift: whether torque and position turned out to be stamped by so little apart that it is no effect.
+    """
 
     baseline: Fit
     chosen: Fit
     steps: list[Step] = field(default_factory=list)
     rivals: list[list[Step]] = field(default_factory=list)
+    shift: bool = False
 
 
 def select(
@@ -44,10 +53,14 @@ def select(
 ) -> Selection:
     """Add effects one by one while one earns its name, then try to swap and to drop each."""
     selection = Selection(baseline, baseline)
-    for _ in range(MOST_EFFECTS):
+    while len(selection.steps) < MOST_EFFECTS:
         current = selection.chosen
         taken = {guise.name for guise in current.problem.guises}
         steps = explore(current, [guise for guise in guises if guise.name not in taken], unseen, progress)
+        shift = None if selection.shift else clock_shift(steps)
+        if shift is not None:
+            selection.chosen, selection.shift = shift.fit, True
+            continue
         selection.rivals.append(steps)
         best = best_of(steps)
         if best is None or not _matters(best, selection.steps):

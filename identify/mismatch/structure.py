@@ -33,6 +33,7 @@ HALF = 0.35  # of the highest: where a shape counts as being there
 TONES = (0.3, 10.0)  # Hz
 TURNS = (1, 2, 3, 6)  # harmonics of a wheel
 SHORT = 0.5  # s, windows of time
+EVENT = 16.0  # evidence that each window of an event must bring on average: friction that wanders brings less
 STANDS_OUT = 4.0  # times the usual evidence of a window
 ALONE = 0.65  # of all windows' evidence that one stretch of time must hold
 LONGEST = 0.4  # of the recording: a stretch of time that is longer is no event
@@ -102,7 +103,7 @@ def _moved(fit: Fit, samples: Samples) -> Fit:
 def _along(here: View, there: View) -> Iterator[_Probe]:
     """Shapes along every coordinate: pushing one way (even), and against the motion (odd)."""
     axis = here.fit.problem.axis
-    ours, theirs = (coordinates(view.fit.problem.samples, axis) for view in (here, there))
+    ours, theirs = (coordinates(view.foreseen(), axis) for view in (here, there))
     signs = ours["direction"][:, None], theirs["direction"][:, None]
     one = np.ones((1, 1)), np.ones((1, 1))
     both, odd, even = (one, signs), (signs,), (one,)
@@ -301,7 +302,8 @@ def _stretch(view: View) -> Structure | None:
     forces = np.stack([window, window * direction[:, None]], axis=2).reshape(len(samples), -1)
     gains = _pairs(view, forces)
     low, high, best = _richest(gains - STANDS_OUT * max(float(np.median(gains)), 2.0))
-    if best < EVIDENCE or gains[low:high].sum() < ALONE * gains.sum() or (high - low) > LONGEST * len(gains):
+    sure = best > max(EVIDENCE, EVENT * (high - low)) and gains[low:high].sum() > ALONE * gains.sum()
+    if not sure or (high - low) > LONGEST * len(gains):
         return None
     inside = forces[:, 2 * low : 2 * high]
     force = _net(view, inside @ shape_of(view, view.responses(inside)).weights)
