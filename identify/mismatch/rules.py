@@ -16,7 +16,7 @@ BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 1.5  # what is enough where the evidence is strong even without its most favourable blocks
 SMALLEST = 0.007  # of the dry friction: force of an effect that is worth a name
-FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share
+FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
@@ -49,8 +49,9 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
     if not agreed(evidence):
         return f"the evidence comes from few places (z = {evidence.z:.1f})"
     if not _hidden_state(guise, evidence):
-        if evidence.free_run > FREE_RUN:
-            return f"one-second predictions do not improve ({evidence.free_run:.2f})"
+        both = float(np.sqrt(evidence.free_run * evidence.unseen))
+        if both > FREE_RUN:
+            return f"one-second predictions do not improve ({both:.2f})"
         if evidence.unseen > HELD_OUT:
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
