@@ -64,7 +64,10 @@ def read_torque(evidence: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
 
 
 def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:
-    """Evidence and baseline without the positions that only the fitted model can tell to be wrong (stale rows)."""
+    """Evidence and baseline without the positions that only the fitted model can tell to be wrong (stale rows).
+
+    The baseline is polished once more in the predictor that richer models use: they are compared by the last digit.
+    """
     problem, x = best.problem, best.x
     bad = late_outliers(problem, x, best.found.gain)
     unseen = problem.on(evidence.held_out)
@@ -74,7 +77,7 @@ def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:
         evidence = dataclasses.replace(evidence, held_out=without(evidence.held_out, bad_unseen))
     if bad.any():
         evidence = dataclasses.replace(evidence, train=without(evidence.train, bad))
-        best = fit(problem.on(evidence.train, problem.first_state), x[None])
+    best = fit(problem.on(evidence.train, problem.first_state), x[None])
     count = int(np.count_nonzero(bad) + np.count_nonzero(bad_unseen))
     if not count:
         return evidence, best

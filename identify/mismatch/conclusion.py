@@ -26,7 +26,7 @@ from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, P
 from identify.mismatch.rivals import rivals_of, still_tied
 from identify.mismatch.rules import HELD_OUT, price, tied
 from identify.mismatch.select import Selection, without
-from identify.mismatch.structure import Structure, structures
+from identify.mismatch.structure import Structure, structures, zero_jumps
 from identify.uncertainty import Uncertainty
 from plant.axis import Axis
 from plant.recording import Recording
@@ -99,8 +99,9 @@ class Conclusion:
             return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
         if named:
             return self._answer(Verdict.EXPLAINED, self.selection.chosen, named, [])
-        if self.left:
-            return self._answer(Verdict.UNEXPLAINED, self.selection.baseline, (), self.left)
+        found = self.left or zero_jumps(self.evidence.train)
+        if found:
+            return self._answer(Verdict.UNEXPLAINED, self.selection.baseline, (), found)
         return self._answer(Verdict.NO_MISMATCH, self.selection.baseline, (), [])
 
     def _answer(

@@ -27,6 +27,7 @@ WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 STARTS = 3  # of one effect
+LOOK = 8  # iterations of each polish of a first look
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
 
@@ -100,7 +101,7 @@ def _refit(current: Fit, candidate: Candidate, unseen: Samples, progress: Callab
         classical = x.copy()
         classical[:, :4] = CLASSICAL
         x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
-    best, gained = _first_look(current, problem, x, seen)
+    best, gained = _first_look(current, problem, guise, x, seen)
     if gained < PROMISING:
         bic = (problem.p - current.problem.p) * float(np.log(problem.samples.used)) - gained
         return Step(
@@ -138,12 +139,19 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
     return replace(step, evidence=evidence, refused=refusal(step.fit, step.guise, evidence, step.force_rms))
 
 
-def _first_look(current: Fit, problem: ExtendedProblem, points: Floats, seen: Floats) -> tuple[Floats, float]:
-    """Short polishes at the gains `seen` (4, k) and at the likeliest one: where they end, and how much likelier."""
+def _first_look(
+    current: Fit, problem: ExtendedProblem, guise: Guise, points: Floats, seen: Floats
+) -> tuple[Floats, float]:
+    """Short polishes at the gains `seen` (4, k) and at the likeliest one: where they end, and how much likelier.
+
+    Where the effect is stays as it was seen at first: far from the optimum, its slope leads anywhere.
+    """
     gains, _ = gain_table(problem.samples.sample_time)
-    first = polish_all(problem, points, seen, 6, ROUGH)
+    place = guise.place()
+    pinned = None if place is None else problem.slot(guise).start + place
+    first = polish_all(problem, points, seen, LOOK, ROUGH, pinned=pinned)
     index = losses_by_gain(problem, first.x, gains).argmin(axis=1)
-    ends = polish_all(problem, first.x, gains[:, index], 6, ROUGH)
+    ends = polish_all(problem, first.x, gains[:, index], LOOK, ROUGH)
     return ends.x[ends.best], current.found.criterion - float(ends.loss[ends.best])
 
 

@@ -21,6 +21,7 @@ from plant.effects.effect import Effect
 Floats = NDArray[np.float64]
 
 
+PLACE = 30.0  # spread of the prior of an unknown that says where an effect is
 MOST_PERIODS = 36.5  # of a ripple in one turn
 OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
@@ -154,6 +155,10 @@ class Guise:
             if parameter.name not in given and isinstance(parameter.default, float):
                 given[parameter.name] = np.full(len(z), parameter.default)
         return np.stack([given[parameter.name] for parameter in self.effect.parameters])
+
+    def place(self) -> int | None:
+        """Index of the unknown that says where the effect is: a position, a moment, a period; or None."""
+        return next((index for index, unknown in enumerate(self.unknowns) if unknown.spread >= PLACE), None)
 
     def oddity(self, z: Floats) -> str | None:
         """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""

@@ -40,6 +40,7 @@ LONGEST = 0.4  # of the recording: a stretch of time that is longer is no event
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 OUTBREAK = 9.0  # times the usual residual force, squared
 WAVES = (1.5, 40.0)  # of a sensor's error, over the travel
+JUMPED = "jumps of the position zero"  # words of the preprocessing
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
 
 
@@ -91,6 +92,17 @@ def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list
     )
     found += [s for s in others if s is not None]
     return sorted(found, key=lambda s: -s.evidence)
+
+
+def zero_jumps(samples: Samples) -> list[Structure]:
+    """Moments at which the sensor jumped so far that the samples were cut there; averaged data hide them."""
+    if not any(JUMPED in line for line in samples.removed):
+        return []
+    first = samples.first[1:]
+    since = samples.t[first] - samples.t[first - 1]
+    step = samples.sample_time
+    moments = samples.t[first[(since > 0.0) & (since < 1.5 * step)]]
+    return [Structure("time", (float(t - 2.0 * step), float(t + step)), np.inf, np.inf, 0.0) for t in moments]
 
 
 def _moved(fit: Fit, samples: Samples) -> Fit:
