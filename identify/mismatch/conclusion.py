@@ -20,13 +20,15 @@ from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location
+from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
 from identify.mismatch.rules import HELD_OUT, price, tied
 from identify.mismatch.select import Selection, without
-from identify.mismatch.structure import Structure, structures, zero_jumps
+from identify.mismatch.sensor_errors import zero_jumps
+from identify.mismatch.structure import structures
 from identify.uncertainty import Uncertainty
 from plant.axis import Axis
 from plant.recording import Recording

@@ -1,0 +1,103 @@
+"""Forces that belong to no coordinate of the machine: a tone, a stretch of time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.compare import Fit, block_z
+from identify.mismatch.inverse import unexplained
+from identify.mismatch.locate import coordinates
+from identify.mismatch.nameless import AGREED, EVIDENCE, SMALLEST, Structure, gained, gains_of_pairs, net_force
+from identify.mismatch.probes import View, shape_of
+from identify.preprocess import Samples
+
+Floats = NDArray[np.float64]
+
+TONES = (0.3, 10.0)  # Hz
+SHORT = 0.5  # s, windows of time
+EVENT = 16.0  # evidence that each window of an event must bring on average: friction that wanders brings less
+STANDS_OUT = 4.0  # times the usual evidence of a window
+ALONE = 0.65  # of all windows' evidence that one stretch of time must hold
+LONGEST = 0.4  # of the recording: a stretch of time that is longer is no event
+SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
+OUTBREAK = 9.0  # times the usual residual force, squared
+
+
+def tone(here: View, there: View) -> Structure | None:
+    """One frequency of an outer force, found here and confirmed there."""
+    samples = here.fit.problem.samples
+    step = 0.5 / float(np.ptp(samples.t))
+    tones = np.arange(TONES[0], min(TONES[1], 0.2 / samples.sample_time), step)
+    gains = gains_of_pairs(here, _waves(samples, tones))
+    top = int(np.argmax(gains))
+    evidence = float(gains[top]) - 2.0 * float(np.log(len(tones)))
+    if evidence < EVIDENCE:
+        return None
+    waves = _waves(samples, tones[[top]])
+    shape = shape_of(here, here.responses(waves))
+    force = net_force(here, waves @ shape.weights)
+    seen = there.responses(_waves(there.fit.problem.samples, tones[[top]]))
+    z = block_z(gained(there, seen @ shape_of(there, seen).weights))
+    if force < SMALLEST * here.fit.dry_level or z < AGREED:
+        return None
+    return Structure("frequency", (float(tones[top] - step), float(tones[top] + step)), evidence, z, force)
+
+
+def _waves(samples: Samples, tones: Floats) -> Floats:
+    """Cosine and sine of each tone [Hz]. (n, 2 q)"""
+    phase = 2 * np.pi * samples.t[:, None] * tones
+    return np.stack([np.cos(phase), np.sin(phase)], axis=2).reshape(len(samples), -1)
+
+
+def stretch(view: View) -> Structure | None:
+    """A stretch of time that holds most of the evidence for forces that come and go."""
+    problem = view.fit.problem
+    samples = problem.samples
+    direction = coordinates(samples, problem.axis)["direction"]
+    centres = np.arange(0.5 * SHORT, float(samples.t.max()), 0.5 * SHORT)
+    window = np.clip(1.0 - np.abs(samples.t[:, None] - centres) / SHORT, 0.0, None)
+    forces = np.stack([window, window * direction[:, None]], axis=2).reshape(len(samples), -1)
+    gains = gains_of_pairs(view, forces)
+    low, high, best = _richest(gains - STANDS_OUT * max(float(np.median(gains)), 2.0))
+    sure = best > max(EVIDENCE, EVENT * (high - low)) and gains[low:high].sum() > ALONE * gains.sum()
+    if not sure or (high - low) > LONGEST * len(gains):
+        return None
+    inside = forces[:, 2 * low : 2 * high]
+    force = net_force(view, inside @ shape_of(view, view.responses(inside)).weights)
+    if force < SMALLEST * view.fit.dry_level:
+        return None
+    interval = float(centres[low] - 0.5 * SHORT), float(centres[high - 1] + 0.5 * SHORT)
+    return Structure("time", interval, best, float(np.sqrt(best / (high - low))), force)
+
+
+def burst(fit: Fit) -> Structure | None:
+    """A stretch of time with far more residual force than usual: what a strong observer has swallowed."""
+    samples = fit.problem.samples
+    lacking = unexplained(fit.problem, fit.x, samples, SMOOTH_CUT)
+    if lacking is None:
+        return None
+    place = np.floor(samples.t[lacking.index] / SHORT).astype(np.int64)
+    count = np.bincount(place)
+    power = np.bincount(place, lacking.lacking**2) / np.maximum(count, 1)
+    usual = float(np.median(power[count > 0]))
+    ratio = power / max(usual, 1e-300)
+    low, high, best = _richest(ratio - OUTBREAK)
+    more = np.maximum(ratio - 1.0, 0.0)
+    if best <= 0.0 or more[low:high].sum() < ALONE * more.sum() or (high - low) > LONGEST * len(ratio):
+        return None
+    inside = ratio[low:high][ratio[low:high] > 1.0]
+    evidence = 2.0 * SHORT * SMOOTH_CUT * float((inside - 1.0 - np.log(inside)).sum())
+    force = float(np.sqrt(power[low:high].mean()))
+    if evidence < EVIDENCE or force < SMALLEST * fit.dry_level:
+        return None
+    return Structure("time", (low * SHORT, high * SHORT), evidence, float(np.sqrt(evidence / (high - low))), force)
+
+
+def _richest(excess: Floats) -> tuple[int, int, float]:
+    """The stretch with the largest sum: first index, one past its last, and the sum."""
+    sums = np.concatenate([[0.0], np.cumsum(excess)])
+    lowest = np.minimum.accumulate(sums)
+    high = int(np.argmax(sums - lowest))
+    low = int(np.argmin(sums[: high + 1]))
+    return low, max(high, low + 1), float(sums[high] - sums[low])

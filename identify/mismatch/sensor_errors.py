@@ -1,0 +1,84 @@
+"""Errors of the position sensor that look like forces: a periodic one, a jump of its zero."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.compare import block_z
+from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, Structure, gain_of_one, gain_of_pair, gained
+from identify.mismatch.probes import View
+from identify.preprocess import Samples
+
+Floats = NDArray[np.float64]
+
+WAVES = (1.5, 40.0)  # of a sensor's error, over the travel
+JUMPED = "jumps of the position zero"  # words of the preprocessing
+SLIPS = 5  # prediction errors looked at as jumps of the sensor
+
+
+def encoder_error(here: View, there: View) -> Structure | None:
+    """A periodic error of the position sensor itself."""
+    samples = here.fit.problem.samples
+    travel = float(np.ptp(samples.position))
+    numbers = np.arange(*WAVES, 0.5) / travel
+    gains = [gain_of_pair(here, _shifted(here, _ripples(samples, number))) for number in numbers]
+    top = int(np.argmax(gains))
+    evidence = float(gains[top]) - 2.0 * float(np.log(len(numbers)))
+    if evidence < EVIDENCE:
+        return None
+    seen = _shifted(here, _ripples(samples, numbers[top]))
+    weights = -np.linalg.lstsq(seen, here.error, rcond=None)[0]
+    gain = gained(there, _shifted(there, _ripples(there.fit.problem.samples, numbers[top])) @ weights)
+    z = block_z(gain)
+    if z < AGREED or float(gain.sum()) < HELD_OUT:
+        return None
+    interval = float(samples.position.min()), float(samples.position.max())
+    return Structure("position", interval, evidence, z, 0.0)
+
+
+def _ripples(samples: Samples, number: float) -> Floats:
+    """Cosine and sine over position, `number` waves per metre. (n, 2)"""
+    phase = 2 * np.pi * number * samples.position
+    return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _shifted(view: View, shifts: Floats) -> Floats:
+    """Change of the prediction errors per metre that the sensor errs by, a column each. [1] (n, q)"""
+    problem, size = view.fit.problem, float(np.sqrt(view.variance))
+    start = problem.errors(view.x[None], view.gain)[:, 0].copy()
+    found = np.empty_like(shifts)
+    for k, shift in enumerate(shifts.T):
+        moved = dataclasses.replace(problem.samples, position=problem.samples.position + size * shift)
+        change = problem.on(moved, problem.first_state).errors(view.x[None], view.gain)[:, 0] - start
+        found[:, k] = (change - view.basis @ (view.basis.T @ change)) / size
+    return found
+
+
+def slip(view: View) -> Structure | None:
+    """A jump of the sensor's zero: the largest prediction error, if a jump of the position takes it away."""
+    samples = view.fit.problem.samples
+    best = (0.0, 0)
+    for k in np.argsort(-np.abs(view.error))[:SLIPS].tolist():
+        after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
+        change = _shifted(view, after.astype(np.float64)[:, None])
+        best = max(best, (gain_of_one(view, change[:, 0]), k))
+    evidence = best[0] - 2.0 * float(np.log(len(samples)))
+    if evidence < EVIDENCE:
+        return None
+    when = float(samples.t[best[1]])
+    width = 2.0 * samples.sample_time
+    return Structure("time", (when - width, when + width), evidence, float(np.sqrt(evidence)), 0.0)
+
+
+def zero_jumps(samples: Samples) -> list[Structure]:
+    """Moments at which the sensor jumped so far that the samples were cut there; averaged data hide them."""
+    if not any(JUMPED in line for line in samples.removed):
+        return []
+    first = samples.first[1:]
+    since = samples.t[first] - samples.t[first - 1]
+    step = samples.sample_time
+    moments = samples.t[first[(since > 0.0) & (since < 1.5 * step)]]
+    return [Structure("time", (float(t - 2.0 * step), float(t + step)), np.inf, np.inf, 0.0) for t in moments]
