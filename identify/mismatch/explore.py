@@ -14,6 +14,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.rules import BIC, Step, price, refusal
 from identify.mismatch.score import Lead, extend, leads
+from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import Samples
@@ -110,7 +111,8 @@ def _refit(current: Fit, candidate: Candidate, unseen: Samples, progress: Callab
     richer = fit(problem, best[None])
     force = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
-    return Step(richer, guise, evidence, force, refusal(richer, guise, evidence, force))
+    refused = refusal(richer, guise, evidence, force) or wanders(richer, guise.name, -evidence.bic)
+    return Step(richer, guise, evidence, force, refused)
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:
@@ -136,7 +138,8 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
     if step.fit.problem.p <= poorer.problem.p:
         return step
     evidence = compare(poorer, step.fit, unseen)
-    return replace(step, evidence=evidence, refused=refusal(step.fit, step.guise, evidence, step.force_rms))
+    refused = refusal(step.fit, step.guise, evidence, step.force_rms)
+    return replace(step, evidence=evidence, refused=refused or wanders(step.fit, step.guise.name, -evidence.bic))
 
 
 def _first_look(

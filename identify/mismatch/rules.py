@@ -14,14 +14,14 @@ from identify.mismatch.guise import Guise
 
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
-Z_LEAST = 1.5  # what is enough where the evidence is strong even without its most favourable blocks
+Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
 SMALLEST = 0.007  # of the dry friction: force of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
-LESSER = 0.015  # of the first effect's evidence: less is how imperfectly the first effect's shape is known
+LESSER = 0.02  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 LIKELY_BUT = ("its force of", "a parameter ended", "its period of", "its size of")  # reasons a likely effect is refused
 

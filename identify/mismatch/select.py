@@ -63,18 +63,14 @@ def select(
             continue
         selection.rivals.append(steps)
         best = best_of(steps)
-        if best is None or not _matters(best, selection.steps):
+        so_far = price(baseline) - price(current)
+        if best is None or -best.evidence.bic < LESSER * so_far:
             break
         selection.steps.append(best)
         selection.chosen = best.fit
     if len(selection.steps) > 1:
         _reconsider(selection, guises, unseen, progress)
     return selection
-
-
-def _matters(step: Step, before: list[Step]) -> bool:
-    """False for what is only the first effect's imperfect shape."""
-    return not before or step.evidence.bic < LESSER * before[0].evidence.bic
 
 
 def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Callable[[str], None]) -> None:

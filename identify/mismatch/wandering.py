@@ -1,0 +1,35 @@
+"""Dry friction that wanders has many steps, none of which is the step that a name means."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.mismatch.compare import Fit
+from identify.mismatch.locate import coordinates
+from identify.mismatch.nameless import gain_of_one
+from identify.mismatch.probes import View
+
+MOMENTS = 24  # at which one more step is tried
+MORE = 0.1  # of the named change's evidence: if another step has this much, friction wanders
+ONCE = ("step_change", "thermal_drift")
+
+
+def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
+    """Why a change in time is no event of its own, or None.
+
+    Args:
+        fitted: the model with the change.
+        name: of the effect; those that do not happen in time never wander.
+        evidence: for the change, > 0. [1]
+    """
+    if name not in ONCE:
+        return None
+    view = View.of(fitted, fitted.found.gain)
+    samples = view.foreseen()
+    direction = coordinates(samples, fitted.problem.axis)["direction"]
+    moments = np.linspace(0.0, float(samples.t.max()), MOMENTS + 2)[1:-1]
+    seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
+    most = max(gain_of_one(view, one) for one in seen.T)
+    if most < MORE * evidence:
+        return None
+    return f"friction steps at other moments too (evidence {most:.0f} for one more)"
