@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 WAVES = (1.5, 40.0)  # of a sensor's error, over the travel
 JUMPED = "jumps of the position zero"  # words of the preprocessing
+FINER = 21  # numbers of waves around the best, for unseen data may reach further
+SURE = 2.5  # times the usual evidence: what is white noise to a force is not to a sensor
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
 
 
@@ -24,19 +26,26 @@ def encoder_error(here: View, there: View) -> Structure | None:
     samples = here.fit.problem.samples
     travel = float(np.ptp(samples.position))
     numbers = np.arange(*WAVES, 0.5) / travel
-    gains = [gain_of_pair(here, _shifted(here, _ripples(samples, number))) for number in numbers]
-    top = int(np.argmax(gains))
-    evidence = float(gains[top]) - 2.0 * float(np.log(len(numbers)))
-    if evidence < EVIDENCE:
+    best, gain = _best_wave(here, numbers)
+    evidence = gain - 2.0 * float(np.log(len(numbers)))
+    if evidence < SURE * EVIDENCE:
         return None
-    seen = _shifted(here, _ripples(samples, numbers[top]))
+    best, _ = _best_wave(here, best + np.linspace(-0.5, 0.5, FINER) / travel)
+    seen = _shifted(here, _ripples(samples, best))
     weights = -np.linalg.lstsq(seen, here.error, rcond=None)[0]
-    gain = gained(there, _shifted(there, _ripples(there.fit.problem.samples, numbers[top])) @ weights)
+    gain = gained(there, _shifted(there, _ripples(there.fit.problem.samples, best)) @ weights)
     z = block_z(gain)
     if z < AGREED or float(gain.sum()) < HELD_OUT:
         return None
     interval = float(samples.position.min()), float(samples.position.max())
     return Structure("position", interval, evidence, z, 0.0)
+
+
+def _best_wave(view: View, numbers: Floats) -> tuple[float, float]:
+    """The likeliest of `numbers` of waves per metre, and what it gains."""
+    gains = [gain_of_pair(view, _shifted(view, _ripples(view.fit.problem.samples, number))) for number in numbers]
+    top = int(np.argmax(gains))
+    return float(numbers[top]), float(gains[top])
 
 
 def _ripples(samples: Samples, number: float) -> Floats:
