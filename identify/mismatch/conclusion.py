@@ -233,9 +233,8 @@ class Conclusion:
             for name in offset.names:
                 _add(sets, chosen, offset.effect.name, name)
         for name, twin in EXACT.items():
-            if name == "force_offset" or self.setting.free_offset:
-                for known in tuple(sets):
-                    _add(sets, known, name, twin)
+            for known in tuple(sets):
+                _add(sets, known, name, twin)
         return tuple(sets)
 
 

@@ -16,6 +16,7 @@ from identify.uncertainty import Uncertainty
 
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
+SAME = {"force_offset", "coulomb_asymmetry"}  # while the axis slides
 READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
 
 
@@ -45,7 +46,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     """
     value = _known(fitted, spread)
     taken = {guise.name for guise in fitted.problem.guises}
-    if value is None or "force_offset" in taken:
+    if value is None or taken & SAME:
         return None
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
     if not found:

@@ -19,8 +19,9 @@ SHORT = 0.5  # s, windows of time
 EVENT = 16.0  # evidence that each window of an event must bring on average: friction that wanders brings less
 STANDS_OUT = 4.0  # times the usual evidence of a window
 ALONE = 0.65  # of all windows' evidence that one stretch of time must hold
-LONGEST = 0.4  # of the recording: a stretch of time that is longer is no event
+LONGEST = 0.3  # of the recording: a stretch of time that is longer is no event
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
+WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
 OUTBREAK = 9.0  # times the usual residual force, squared
 
 
@@ -87,7 +88,7 @@ def burst(fit: Fit) -> Structure | None:
     if best <= 0.0 or more[low:high].sum() < ALONE * more.sum() or (high - low) > LONGEST * len(ratio):
         return None
     inside = ratio[low:high][ratio[low:high] > 1.0]
-    evidence = 2.0 * SHORT * SMOOTH_CUT * float((inside - 1.0 - np.log(inside)).sum())
+    evidence = WEIGHT * 2.0 * SHORT * SMOOTH_CUT * float((inside - 1.0 - np.log(inside)).sum())
     force = float(np.sqrt(power[low:high].mean()))
     if evidence < EVIDENCE or force < SMALLEST * fit.dry_level:
         return None

@@ -26,8 +26,8 @@ def encoder_error(here: View, there: View) -> Structure | None:
     samples = here.fit.problem.samples
     travel = float(np.ptp(samples.position))
     numbers = np.arange(*WAVES, 0.5) / travel
-    best, gain = _best_wave(here, numbers)
-    evidence = gain - 2.0 * float(np.log(len(numbers)))
+    best, most = _best_wave(here, numbers)
+    evidence = most - 2.0 * float(np.log(len(numbers)))
     if evidence < SURE * EVIDENCE:
         return None
     best, _ = _best_wave(here, best + np.linspace(-0.5, 0.5, FINER) / travel)

@@ -1,0 +1,116 @@
+"""Structure that no name stands for: found through the predictor, in its own coordinate, on another simulator's data."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identify.mismatch.compare import Comparison, block_sums, block_z
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.guise import Setting, guises
+from identify.mismatch.rules import Step, agreed, best_of
+from plant.axis_file import read_axis
+from plant.effects import find
+from plant.recording_files import read_recording_entry
+from tests.reference.cases import CaseSpec, draw_case, write_case
+
+TRAIN_SEED = 5500
+
+
+def recorded(folder, **spec):
+    case = draw_case(CaseSpec(**spec))
+    axis = read_axis(write_case(case, folder))
+    return case, axis, [read_recording_entry(entry, axis) for entry in axis.recordings]
+
+
+@pytest.mark.parametrize(
+    ("outside", "excitation", "coordinates"),
+    [
+        ("outer_sine", "multisine", {"frequency"}),
+        ("detent", "loop_trapezoid", {"position"}),
+        ("encoder_error", "loop_scurve", {"position", "motor_angle", "pulley_angle"}),
+    ],
+)
+def test_physics_outside_the_catalogue_gets_a_place_and_no_name(tmp_path, outside, excitation, coordinates):
+    case, axis, recordings = recorded(
+        tmp_path, seed=TRAIN_SEED, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=15.0
+    )
+    found = diagnose(recordings, axis)
+    assert found.verdict.value == "unexplained"
+    assert found.effects == ()
+    assert found.location.coordinate in coordinates
+    assert found.location.p_value < 0.01
+    place = case.labels["outside"]["interval"]
+    if place is not None:
+        low, high = found.location.interval
+        assert low <= 0.5 * (place[0] + place[1]) <= high
+
+
+def test_an_event_that_comes_once_has_its_moment(tmp_path):
+    case, axis, recordings = recorded(
+        tmp_path,
+        seed=TRAIN_SEED,
+        outside="sensor_slip",
+        excitation="loop_trapezoid",
+        size=1.2,
+        noise=1e-4,
+        duration=15.0,
+    )
+    found = diagnose(recordings, axis)
+    assert found.verdict.value == "unexplained"
+    assert found.location.coordinate == "time"
+    assert found.location.interval[0] - 0.1 <= case.labels["outside"]["interval"][0] <= found.location.interval[1] + 0.1
+
+
+@dataclasses.dataclass
+class Fitted:
+    """As much of a fit as the rules look at."""
+
+    price: float
+
+
+def step(bic, z=9.0, refused=None, name="rail_defect"):
+    guise = dataclasses.make_dataclass("Named", ["name"])(name)
+    return Step(Fitted(bic), guise, Comparison(bic, z, 0.8 * bic, 0.5, 0.5), 1.0, refused)
+
+
+def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(monkeypatch):
+    monkeypatch.setattr("identify.mismatch.rules.price", lambda fitted: fitted.price)
+    fair = step(-100.0)
+    assert best_of([fair, step(-60.0)]) is fair
+    assert best_of([fair, step(-200.0, refused="its force of 0.1 is below 0.5")]) is None
+    assert best_of([fair, step(-110.0, refused="its force of 0.1 is below 0.5")]) is fair
+    assert best_of([fair, step(-200.0, refused="one-second predictions do not improve (1.10)")]) is fair
+    assert best_of([fair, step(-900.0, refused="one-second predictions do not improve (1.10)")]) is None
+    assert best_of([step(-90.0, refused="the evidence comes from few places (z = 1.0)")]) is None
+
+
+def test_evidence_from_few_places_counts_where_enough_is_left_without_the_best():
+    gained = np.zeros(2000)
+    gained[::250] = 20.0  # an effect that acts eight times
+    few = block_z(gained)
+    assert 2.0 < few < 4.0
+    assert agreed(Comparison(-300.0, 2.1, -150.0, 0.5, 0.5))
+    assert not agreed(Comparison(-300.0, 2.1, -20.0, 0.5, 0.5))
+    assert not agreed(Comparison(-300.0, 1.2, -150.0, 0.5, 0.5))
+    assert block_sums(gained).sum() == pytest.approx(gained.sum())
+
+
+def test_a_ripple_goes_into_a_turn_a_whole_number_of_times(tmp_path):
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+    setting = Setting(
+        axis, force=100.0, speed=0.3, travel=0.4, mass=25.0, lowest=0.0, highest=0.4, peak=200.0, duration=20.0,
+        sample_time=0.01, rests=0.0, spots=(), periods=(0.031,), free_offset=False,
+    )  # fmt: skip
+    turn = 2 * np.pi * axis.mechanics.Rm
+    ripple = guises({"torque_ripple": find("torque_ripple")}, setting)[0]
+
+    def odd(period):
+        return ripple.oddity(np.array([ripple.unknowns[0].scaled(period), 0.1, 0.1]))
+
+    assert odd(turn) is None
+    assert odd(turn / 6) is None
+    assert "times" in odd(turn / 2.5)
+    late = guises({"dead_time": find("dead_time")}, setting)[0]
+    assert late.oddity(np.array([late.unknowns[0].scaled(0.03)])) is None
+    assert "clock" in late.oddity(np.array([late.unknowns[0].scaled(0.001)]))
