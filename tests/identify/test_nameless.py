@@ -1,4 +1,4 @@
-"""Structure that no name stands for: found through the predictor, in its own coordinate, on another simulator's data."""
+"""Structure that no name stands for: found through the predictor, on another simulator's data."""
 
 import dataclasses
 
@@ -27,13 +27,13 @@ def recorded(folder, **spec):
     ("outside", "excitation", "coordinates"),
     [
         ("outer_sine", "multisine", {"frequency"}),
-        ("detent", "loop_trapezoid", {"position"}),
+        ("detent", "loop_cycle", {"position"}),
         ("encoder_error", "loop_scurve", {"position", "motor_angle", "pulley_angle"}),
     ],
 )
 def test_physics_outside_the_catalogue_gets_a_place_and_no_name(tmp_path, outside, excitation, coordinates):
     case, axis, recordings = recorded(
-        tmp_path, seed=TRAIN_SEED, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=15.0
+        tmp_path, seed=TRAIN_SEED + 2, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=20.0
     )
     found = diagnose(recordings, axis)
     assert found.verdict.value == "unexplained"
@@ -47,15 +47,8 @@ def test_physics_outside_the_catalogue_gets_a_place_and_no_name(tmp_path, outsid
 
 
 def test_an_event_that_comes_once_has_its_moment(tmp_path):
-    case, axis, recordings = recorded(
-        tmp_path,
-        seed=TRAIN_SEED,
-        outside="sensor_slip",
-        excitation="loop_trapezoid",
-        size=1.2,
-        noise=1e-4,
-        duration=15.0,
-    )
+    slip = {"outside": "sensor_slip", "excitation": "loop_trapezoid", "size": 1.2, "noise": 1e-4, "duration": 15.0}
+    case, axis, recordings = recorded(tmp_path, seed=TRAIN_SEED, **slip)
     found = diagnose(recordings, axis)
     assert found.verdict.value == "unexplained"
     assert found.location.coordinate == "time"
