@@ -98,7 +98,7 @@ def sections(scores: Sequence[Score]) -> list[Section]:
     found += [_by("Pairs by severity", of["pair"], lambda s: s.severity, tuple(SEVERITIES)),
               _by("Outside the catalogue", of["outside"], lambda s: s.truth[0], ()),
               _parameters(scores), _times(scores), _failures(scores)]  # fmt: skip
-    return found
+    return [section for section in found if section.rows or section.lines]
 
 
 def _summary(of: dict[str, list[Score]], still: list[Score]) -> Section:

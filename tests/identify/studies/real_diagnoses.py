@@ -203,16 +203,33 @@ NOTES = {
     "EMPS": """\
 Horizontal ball-screw axis under position control, mass not known to the tool (a start good to a factor of two). The
 authors' least squares: 4.08 % force error on the fitted file, 5.98 % when that model meets the pulses file, 3.11 % on
-the fitted file with friction that differs with the direction. The goal here is 3.3 % on the pulses file.""",
+the fitted file with friction that differs with the direction. The goal here is 3.3 % on the pulses file.
+
+*Doubtful:* that viscous friction differs with the direction agrees with the authors (and with the figure: the even half
+falls straight with the speed). But these files are so clean (encoder steps of 50 nm) that what no effect explains is
+evident too; where that is more than three tenths of what the names explain, the rule gives no name.""",
     "Cart on a rail": """\
 The current is a command, switched by a relay at fixed positions; the mass is the author's estimate. Nobody knows what
-is true of this machine beyond that.""",
+is true of this machine beyond that.
+
+*Doubtful:* the force is a command times a data-sheet constant, switched between two values: the instant at which it
+takes effect is not known to within a sample, and a quarter of the force stays unexplained by any model. A place "in the
+first half second" is the start of the relay, not physics of the rail.""",
     "Robot joints": """\
 Geared motors, torque from the drive's current at an instant that is not known, 48 Hz, phases of torque staircases,
-constant speeds, ramps and inertia tests in one run. The load on each motor is not described.""",
+constant speeds, ramps and inertia tests in one run. The load on each motor is not described.
+
+*Doubtful:* dependence on acceleration is what an unknown instant of the torque and gears look like at 48 Hz; a name
+would be a guess, and none is given. Where one run is split in time, its last part holds other phases than the first:
+the held-out figures say how far the model carries to another kind of motion.""",
     "Bare servo motor": """\
 Open-loop torque command, not measured. The author's own model is LuGre; only the triangles move far enough to tell
-friction from inertia.""",
+friction from inertia.
+
+*Doubtful:* all runs follow the same triangles from the same start, so time, phase and direction are one coordinate: a
+step at one time in every run may as well be something that comes with that part of the cycle, and unseen runs of the
+same triangles cannot refute it. Where the error on unseen data falls by a few per cent only, the name is worth
+little.""",
 }
 PREFACE = """\
 # Real machines
