@@ -19,12 +19,18 @@ FRICTION = "coulomb_force"  # the number everybody knows; the charts watch other
 ALERT = ("id", "priority", "since", "since_ns", "text")
 LOT = 500  # rows asked for by key in one statement
 TREND = "friction_at_mid_speed"  # what the small line of an axis shows
-DAYS = 60  # of them that it shows
+DAYS = 30  # of them that it shows
+# the watch's own state is large: the database picks out of it the two numbers that a list shows
+COLUMNS = (
+    *(AxisRow.id, AxisRow.name, AxisRow.listed, AxisRow.last_ns, AxisRow.samples, AxisRow.missing, AxisRow.rejected),
+    AxisRow.drift[("baseline", "windows")].as_integer().label("baseline"),
+    func.json_array_length(AxisRow.drift["learned"]).label("learned"),
+)
 
 
 def fleet(db: Connection) -> list[dict[str, Any]]:
     """One record per axis, the most urgent first."""
-    rows = db.execute(select(AxisRow.__table__).order_by(AxisRow.name)).mappings().all()
+    rows = db.execute(select(*COLUMNS).order_by(AxisRow.name)).mappings().all()
     waiting, lost, alarms = _waiting(db), _gaps(db), _alarms(db)
     latest, trends = _latest(db), _trends(db)
     found = [_record(row, waiting, lost, alarms[row["id"]], latest.get(row["id"]), trends[row["id"]]) for row in rows]
@@ -39,12 +45,11 @@ def _record(
     latest: dict[str, Any] | None,
     trend: list[float],
 ) -> dict[str, Any]:
-    drift = row["drift"] or {}
-    baseline = drift.get("baseline")
+    complete = row["baseline"] is not None
     watched = latest["drift"] if latest else []
     height = max((max(one["sum_up"], one["sum_down"]) for one in watched), default=None)
     heard = row["last_ns"] is not None
-    how = urgency(alarms, listed=row["listed"], learned=baseline is not None, height=height, heard=heard)
+    how = urgency(alarms, listed=row["listed"], learned=complete, height=height, heard=heard)
     middle = next((one for one in watched if one["name"] == "friction at mid speed"), None)
     return {
         "axis": row["name"],
@@ -58,8 +63,8 @@ def _record(
         "rejected": sum(row["rejected"].values()),
         "pending": waiting.get(row["id"], 0),
         "baseline": {
-            "complete": baseline is not None,
-            "windows": baseline["windows"] if baseline else len(drift.get("learned", [])),
+            "complete": complete,
+            "windows": row["baseline"] if complete else row["learned"] or 0,
         },
         "alarms": alarms,
         "friction": latest["friction"] if latest else None,

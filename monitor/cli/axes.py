@@ -45,7 +45,7 @@ def _show(found: list[dict[str, Any]]) -> None:
         "how it is",
         "Coulomb friction",
         ">change",
-        "60 days",
+        "30 days",
         ">to alarm",
         ">missing",
         "latest sample (UTC)",

@@ -24,9 +24,9 @@ def history(tmp_path_factory):
 class Served:
     """A page with what stands behind it."""
 
-    def __init__(self, folder: Path, **page) -> None:
+    def __init__(self, folder: Path, site=SITE, **page) -> None:
         settings = {"listen": "127.0.0.1:0", **page}
-        self.config = Config(site=SITE, state_dir=folder, page=settings)
+        self.config = Config(site=site, state_dir=folder, page=settings)
         self.board, self.box = Board(time.monotonic), CommandBox()
         self.server = serve_page(self.config, self.board, self.box)
         self.url = self.server.url.rstrip("/")

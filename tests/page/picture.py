@@ -12,7 +12,7 @@ from tests.page.browsing import CHROMIUM, chromium, window
 from tests.page.conftest import Served
 
 FILE = ROOT / "docs" / "images" / "axis.png"
-SIZE = {"width": 1180, "height": 1330}
+SIZE = {"width": 1300, "height": 1110}
 MOST = 200_000  # bytes
 
 
@@ -34,7 +34,7 @@ def main() -> None:
 
 def take(folder: Path) -> None:
     """Screenshot of the first axis of the history in `folder`."""
-    served = Served(folder)
+    served = Served(folder, site="demo")
     try:
         axis = served.get("/api/v1/fleet").json()["axes"][0]["axis"]
         with chromium() as browser, window(browser, served.url, size=SIZE) as one:

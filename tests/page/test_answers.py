@@ -9,8 +9,11 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from monitor.http_answers import ANSWERS
 from monitor.queries import Reader
+from monitor.query_page import PageReader
 from monitor.query_zenoh import answer as zenoh_answer
+from monitor.store import Store
 from tests.contracts.command import ROOT, tribowatch
+from tests.page.histories import named, write_axis_history
 
 BOUNDED = {"axis", "kind", "state", "priority", "verdict", "code", "le", "version", "python"}  # labels of few values
 
@@ -167,3 +170,22 @@ def test_health_follows_the_supervising_thread(served):
     served.board.turn(0, 0, 0)
     assert response.status_code == 503
     assert "has not come round" in response.json()["error"]
+
+
+def test_the_fleet_reads_alike_from_both_databases(history_url):
+    """What is picked out of JSON by the database itself: SQLite and PostgreSQL say it differently."""
+    store = Store(history_url)
+    write_axis_history(store, named("axis-1"), 24)
+    write_axis_history(store, named("axis-2"), 6)
+    store.register([named(f"axis-{k}") for k in (1, 2, 3)])
+    store.close()
+    with PageReader(history_url) as reader:
+        found = {one["axis"]: one for one in reader.fleet()}
+        state = {one.name: one.learning for one in reader.axes()}
+        watch = reader.watched("axis-1", points=5)
+    assert {name: one["baseline"] for name, one in found.items()} == state
+    assert found["axis-1"]["baseline"]["complete"]
+    assert found["axis-2"]["baseline"] == {"complete": False, "windows": 6}
+    assert found["axis-3"]["baseline"]["windows"] == 0
+    assert len(found["axis-1"]["trend"]) >= 2
+    assert len(watch["t_ns"]) <= 5

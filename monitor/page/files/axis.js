@@ -12,7 +12,7 @@ let since = asked.get('since') ?? '';
 let parameter = asked.get('parameter') ?? '';
 let summary, curves;
 
-const parts = { head: el('div'), numbers: el('section'), curve: el('section'), time: el('section'), data: el('section'), notes: el('section') };
+const parts = { head: el('div'), numbers: el('section'), watched: el('section'), curve: el('section'), time: el('section'), data: el('section'), notes: el('section') };
 const curvePlot = place(340), timePlot = place(760);
 const legend = el('div');
 const rangeButtons = el('div', { class: 'chips', role: 'group', 'aria-label': 'Range of time' });
@@ -53,6 +53,7 @@ function head() {
 function numbers(trends) {
   if (!summary.latest) {
     const answers = Object.entries(summary.verdicts).map(([name, n]) => `${count(n)} ${words(name)}`).join(', ');
+    put(parts.watched);
     put(parts.numbers, empty('Nothing identified yet', summary.windows ? `Windows so far: ${answers || `${summary.pending} waiting`}. A window teaches something when the axis moves far and changes its speed.`
       : summary.samples ? 'Samples arrive; the first window is not complete yet.' : 'No sample has arrived. Does the machine run, and its gateway? tribowatch doctor shows the links.'));
     return;
@@ -69,9 +70,9 @@ function numbers(trends) {
   put(parts.numbers,
     el('h2', {}, 'Friction now'), table(['parameter', '>value', '95 % interval', '~trend', '~'], rows),
     el('p', { class: 'soft' }, `From the window that ended ${moment(summary.latest.window_end)} UTC.`),
-    watched.length ? [el('h2', {}, 'What is watched'), table(['number', '>now', '>~baseline', '>change', '>~deviation', 'towards an alarm', '~trend'], watched),
-      el('p', { class: 'soft' }, 'σ: scatter of this number from window to window while the axis was healthy. The sum of deviations raises an alarm at 100 %.')] : '',
   );
+  put(parts.watched, watched.length ? [el('h2', {}, 'What is watched'), table(['number', '>now', '>~baseline', '>change', '>~deviation', 'towards an alarm', '~trend'], watched),
+      el('p', { class: 'soft' }, 'σ: scatter of this number from window to window while the axis was healthy. Towards an alarm: how much of the evidence that it takes has come together.')] : '');
 }
 
 function dataQuality(history) {
@@ -145,7 +146,7 @@ async function load(fresh) {
   try {
     summary = await get(root, { fresh });
     head();
-    if (!fresh) { numbers(null); dataQuality(null); main.replaceChildren(...Object.values(parts)); }
+    if (!fresh) { numbers(null); dataQuality(null); put(main, parts.head, el('div', { class: 'pair' }, parts.numbers, parts.curve), parts.time, parts.watched, parts.data, parts.notes); }
     main.dataset.drawn = 'yes';
     curves = await get(`${root}/curves`);
     drawCurve();

@@ -1,7 +1,7 @@
 // The fleet, the most urgent axis first.
 import { about, alertLink, badge, calmly, count, el, empty, follow, get, linkTo, main, meter, moment, percent, problem, quantity, sparkline, words } from './common.js';
 
-const COLUMNS = ['axis', 'how it is', 'Coulomb friction', '>change', '60 days', 'towards an alarm', 'latest sample (UTC)', '>missing'];
+const COLUMNS = ['axis', 'how it is', 'Coulomb friction', '>change', '30 days', 'towards an alarm', 'latest sample (UTC)', '>missing'];
 const asked = new URLSearchParams(location.search);
 let fleet = [];
 let wanted = asked.get('show') ?? '';
