@@ -296,10 +296,11 @@ def _waves(
     periods: list[float],
     fixed: tuple[tuple[str, float], ...],
     turn: float | None,
+    room: tuple[float, float] = (0.5, 2.0),
 ) -> Guise:
     """A periodic effect: logarithmic period, cosine and sine amplitude; two quadratures start it."""
     unknowns = (
-        Unknown("period", 1.0, 0.5 * min(periods), 2.0 * max(periods), log=True, spread=50.0),
+        Unknown("period", 1.0, room[0] * min(periods), room[1] * max(periods), log=True, spread=50.0),
         Unknown(amplitude, unit, -limit, limit),
         Unknown("phase", unit, -limit, limit),
     )
@@ -323,7 +324,7 @@ def _ripple(e: Effect, s: Setting) -> list[Guise]:
 def _eccentricity(e: Effect, s: Setting) -> list[Guise]:
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
     periods = [p for p in (turn,) if p < 4.0 * s.travel] or []
-    return [_waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn)] if periods else []
+    return [_waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn, (0.8, 1.25))] if periods else []
 
 
 def _thermal(e: Effect, s: Setting) -> list[Guise]:

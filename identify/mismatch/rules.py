@@ -23,7 +23,7 @@ SPOILED = 3.0  # times the evidence of the best name: what is refused in spite o
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 LESSER = 0.02  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
-LIKELY_BUT = ("its force of", "a parameter ended", "its period of", "its size of")  # reasons a likely effect is refused
+LIKELY_BUT = ("its force of", "a parameter ended", "its size of")  # reasons a likely effect is refused
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,9 +56,10 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
-    if at_edge(fitted, guise):
+    odd = guise.oddity(fitted.x[fitted.problem.slot(guise)])
+    if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
-    return guise.oddity(fitted.x[fitted.problem.slot(guise)])
+    return odd
 
 
 def _hidden_state(guise: Guise, evidence: Comparison) -> bool:

@@ -18,6 +18,7 @@ WAVES = (1.5, 40.0)  # of a sensor's error, over the travel
 JUMPED = "jumps of the position zero"  # words of the preprocessing
 FINER = 21  # numbers of waves around the best, for unseen data may reach further
 SURE = 2.5  # times the usual evidence: what is white noise to a force is not to a sensor
+STARTING = 5  # samples of a run whose errors are those of its start
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
 
 
@@ -31,9 +32,9 @@ def encoder_error(here: View, there: View) -> Structure | None:
     if evidence < SURE * EVIDENCE:
         return None
     best, _ = _best_wave(here, best + np.linspace(-0.5, 0.5, FINER) / travel)
-    seen = _shifted(here, _ripples(samples, best))
+    seen = _shifted(here, _ripples(here.foreseen(), best))
     weights = -np.linalg.lstsq(seen, here.error, rcond=None)[0]
-    gain = gained(there, _shifted(there, _ripples(there.fit.problem.samples, best)) @ weights)
+    gain = gained(there, _shifted(there, _ripples(there.foreseen(), best)) @ weights)
     z = block_z(gain)
     if z < AGREED or float(gain.sum()) < HELD_OUT:
         return None
@@ -43,7 +44,7 @@ def encoder_error(here: View, there: View) -> Structure | None:
 
 def _best_wave(view: View, numbers: Floats) -> tuple[float, float]:
     """The likeliest of `numbers` of waves per metre, and what it gains."""
-    gains = [gain_of_pair(view, _shifted(view, _ripples(view.fit.problem.samples, number))) for number in numbers]
+    gains = [gain_of_pair(view, _shifted(view, _ripples(view.foreseen(), number))) for number in numbers]
     top = int(np.argmax(gains))
     return float(numbers[top]), float(gains[top])
 
@@ -70,7 +71,8 @@ def slip(view: View) -> Structure | None:
     """A jump of the sensor's zero: the largest prediction error, if a jump of the position takes it away."""
     samples = view.fit.problem.samples
     best = (0.0, 0)
-    for k in np.argsort(-np.abs(view.error))[:SLIPS].tolist():
+    since = np.arange(len(samples)) - samples.first[samples.run]
+    for k in np.argsort(-np.abs(np.where(since < STARTING, 0.0, view.error)))[:SLIPS].tolist():
         after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
         change = _shifted(view, after.astype(np.float64)[:, None])
         best = max(best, (gain_of_one(view, change[:, 0]), k))
