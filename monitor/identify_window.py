@@ -36,6 +36,7 @@ class Job:
         seed: of the search.
         method: of `identify_friction`.
         audit: check sign, unit and scale first; what is refused is not identified.
+        effects: promoted effects of this axis, fitted together with friction.
     """
 
     row: int
@@ -45,6 +46,7 @@ class Job:
     seed: int
     method: str
     audit: bool = False
+    effects: tuple[str, ...] = ()
 
 
 def recording_of(samples: Samples, axis: Axis) -> Recording:
@@ -70,7 +72,7 @@ def identify_window(job: Job) -> Estimate:
         audit = _audit(recording, job.axis) if job.audit else None
         if audit is not None and audit["verdict"] == "refuse":
             return _refused(job, recording, audit)
-        answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method)
+        answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method, effects=job.effects)
     except Exception as error:
         return crashed(job, f"{type(error).__name__}: {error}")
     curve = curve_of(answer)
