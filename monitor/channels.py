@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,6 +124,7 @@ def numbers_of(seen: Seen, speeds: tuple[float, ...], extra: tuple[str, ...]) ->
     return np.array(values), np.array(errors)
 
 
+@functools.lru_cache(maxsize=1024)
 def _line(speeds: tuple[float, ...]) -> Floats:
     """Level and slope of friction over the upper half of the speeds, where Stribeck's bump is gone. (2, upper)"""
     upper = np.array(speeds[len(speeds) // 2 :])
