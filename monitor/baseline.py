@@ -175,6 +175,9 @@ def refined(baseline: Baseline, x: Floats, y: Floats, end_ns: int) -> Baseline:
     block = Moments.of(x, y)
     residuals = y - baseline.moments.mean_y - (x - baseline.moments.mean_x) @ baseline.fit.slopes
     block = block.with_lags(residuals - residuals.mean(axis=0))
+    fit, off = baseline.fit, residuals.mean(axis=0)
+    alone = fit.variance * (1 + fit.correlation) / (1 - fit.correlation) * (1 / len(x) + 1 / baseline.windows)
+    block = dataclasses.replace(block, blocks=1, wandered=off**2 - alone)
     ranges = tuple(
         (min(low, float(column.min())), max(high, float(column.max())))
         for (low, high), column in zip(baseline.ranges, x.T, strict=True)

@@ -85,7 +85,7 @@ def look(residuals: Floats, looseness: Floats, away: Floats, fit: Fitted, baseli
     rho = tuple(np.round(correlation, 3).tolist())
     inflation = _inflation(rho, len(residuals))
     forever = (1 + correlation) / (1 - correlation)
-    plain = variance * (inflation / total + forever / baseline_windows)
+    plain = variance * (inflation / total + forever / baseline_windows) + 2.0 * fit.wandering  # now, and then
     unsure = np.zeros_like(mean)
     if away.shape[1]:
         centre = np.cumsum(weight[:, :, None] * away[::-1][:, None, :], axis=0) / total[:, :, None]

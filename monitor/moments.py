@@ -14,6 +14,8 @@ PER_KELVIN = 0.015  # 1/K: how friction usually moves with temperature (greases 
 PER_LOAD = 0.5  # of friction, per largest load seen: rolling and plain guides lie below it
 CORRELATION, PRIOR_WINDOWS = 0.2, 20  # windows one after the other err alike; what is believed before, and how firmly
 HIGHEST_CORRELATION = 0.9
+WANDERING, PRIOR_BLOCKS = 0.003, 3  # of the scale: friction of a healthy machine wanders over days (paper, section 5)
+LEAST_WANDERING, MOST_WANDERING = 0.0015, 0.01  # more must not be taken for normal, or wear would be too
 FINEST = 1e-3  # of the scale: no friction repeats better
 LOG_FINEST = 0.1  # of a logarithm of unexplained force: it is estimated on half decades of the observer
 
@@ -28,6 +30,8 @@ class Moments:
         sxx, sxy, syy: centred sums (p, p), (p, J), (J, J), over all blocks, each about its own mean once n is full.
         dof: windows behind the sums, less one for each mean.
         lag_product, lag_square: sums of r(t) r(t-1) and r(t)² of residuals. (J,)
+        blocks: later blocks compared with the level.
+        wandered: sum of their squared deviations from it, less what scatter alone would make. (J,)
     """
 
     n: int
@@ -39,6 +43,8 @@ class Moments:
     dof: int
     lag_product: Floats
     lag_square: Floats
+    blocks: int
+    wandered: Floats
 
     @classmethod
     def of(cls, x: Floats, y: Floats) -> Moments:
@@ -46,7 +52,7 @@ class Moments:
         mean_x, mean_y = x.mean(axis=0), y.mean(axis=0)
         dx, dy = x - mean_x, y - mean_y
         zeros = np.zeros(y.shape[1])
-        return cls(len(x), mean_x, mean_y, dx.T @ dx, dx.T @ dy, dy.T @ dy, len(x) - 1, zeros, zeros)
+        return cls(len(x), mean_x, mean_y, dx.T @ dx, dx.T @ dy, dy.T @ dy, len(x) - 1, zeros, zeros, 0, zeros)
 
     def with_lags(self, residuals: Floats) -> Moments:
         """Add the residuals (n, J) of consecutive windows to the sums of the autocorrelation."""
@@ -81,6 +87,8 @@ class Moments:
             dof=self.dof + other.dof,
             lag_product=self.lag_product + other.lag_product,
             lag_square=self.lag_square + other.lag_square,
+            blocks=self.blocks + other.blocks,
+            wandered=self.wandered + other.wandered,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -109,6 +117,7 @@ class Fitted:
         spread: (Sxx + prior)^-1 of each number; times `variance` the covariance of its slopes. (J, p, p)
         variance: of one window about the prediction. (J,)
         correlation: of neighbouring windows. (J,)
+        wandering: variance of what wanders over days. (J,)
         dof: degrees of freedom of the variance.
     """
 
@@ -116,6 +125,7 @@ class Fitted:
     spread: Floats
     variance: Floats
     correlation: Floats
+    wandering: Floats
     dof: float
 
 
@@ -143,4 +153,7 @@ def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats) -> 
     believed = PRIOR_WINDOWS * variance
     correlation = (moments.lag_product + CORRELATION * believed) / (moments.lag_square + believed)
     correlation = np.clip(correlation, 0.0, HIGHEST_CORRELATION)
-    return Fitted(slopes, spread, variance, correlation, float(max(moments.dof - p, 3)))
+    wandering = PRIOR_BLOCKS * (WANDERING * scales) ** 2 + moments.wandered
+    wandering /= PRIOR_BLOCKS + moments.blocks
+    wandering = np.clip(wandering, (LEAST_WANDERING * scales) ** 2, (MOST_WANDERING * scales) ** 2)
+    return Fitted(slopes, spread, variance, correlation, wandering, float(max(moments.dof - p, 3)))

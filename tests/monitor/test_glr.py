@@ -12,7 +12,7 @@ STEPS = 365.25
 def fit(correlation=0.0, spread=None):
     return Fitted(
         np.zeros((0 if spread is None else 1, 1)), np.zeros((1, 0, 0)) if spread is None else spread,
-        np.ones(1), np.array([correlation]), 1e9,
+        np.ones(1), np.array([correlation]), np.zeros(1), 1e9,
     )  # fmt: skip
 
 

@@ -58,9 +58,8 @@ def main(years: int, rates: tuple[float, ...], first: int = 0) -> None:
             for rate, counted, each in zip(rates, sums, axes, strict=True):
                 total = sum(counted.values())
                 low, high = interval(total, done)
-                print(
-                    f"  setting {rate:g}/a: {total / done:.3f} [{low:.3f}, {high:.3f}] {dict(counted)} worst {max(each)}"
-                )
+                told = f"{total / done:.3f} [{low:.3f}, {high:.3f}]"
+                print(f"  setting {rate:g}/a: {told} {dict(counted)} worst axis {max(each)}", flush=True)
 
 
 if __name__ == "__main__":
