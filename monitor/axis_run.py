@@ -6,6 +6,7 @@ import collections
 import dataclasses
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from monitor.audit_watch import AuditWatch
 from monitor.config import Config
 from monitor.drift import DriftRule, DriftState
 from monitor.estimate import Estimate
+from monitor.mismatch_watch import MismatchWatch
 from monitor.starvation import Starvation
 from monitor.store_records import AlarmRecord, AxisRecord
 from monitor.stream_clock import StreamClock
@@ -38,6 +40,8 @@ class AxisRun:
         audit: whether sign, unit and scale of what it sends have been checked, and what came out.
         clock: its stamps against their arrival.
         starvation: what came since its last complete window.
+        mismatch: what the model cannot explain, and what the latest diagnosis said.
+        remodel: its model changed, and its stored windows have not been identified again yet.
         gaps: breaks of the stream by kind, ever.
         delay: from the arrival of the latest message to its turn. [s]
         completed: when each window of `order` was complete, on the monotonic clock, in the same order. [s]
@@ -63,6 +67,8 @@ class AxisRun:
     audit: AuditWatch = field(default_factory=AuditWatch)
     clock: StreamClock = field(default_factory=StreamClock)
     starvation: Starvation = field(default_factory=Starvation)
+    mismatch: MismatchWatch = field(default_factory=MismatchWatch)
+    remodel: bool = False
     gaps: collections.Counter[str] = field(default_factory=collections.Counter)
     delay: float = 0.0
     completed: collections.deque[float] = field(default_factory=collections.deque)
@@ -202,3 +208,15 @@ def samples_of(block: Block) -> Samples:
 def travelling(axis: Axis) -> Axis:
     """The axis as it goes to a worker: without its recordings, which cannot be pickled and are not needed."""
     return dataclasses.replace(axis, recordings=())
+
+
+def model_of(run: AxisRun) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Names of the promoted effects of an axis, and the values their search starts from."""
+    effects: dict[str, Any] = run.record.effects
+    start = {
+        f"{effect}.{name}": float(value)
+        for effect, values in effects.items()
+        for name, value in (values or {}).items()
+        if isinstance(value, int | float)
+    }
+    return tuple(sorted(effects)), start

@@ -42,6 +42,7 @@ class Baseline:
         movers: which of temperature and load are corrected for.
         ranges: lowest and highest of each of them. (p, 2)
         usual: mean squared standard error of identification, of each number. (J,)
+        made_of: the windows of the first baseline, whose raw samples are kept: epoch, first sample, samples.
         moments: sums.
     """
 
@@ -56,6 +57,7 @@ class Baseline:
     movers: tuple[str, ...]
     ranges: tuple[tuple[float, float], ...]
     usual: tuple[float, ...]
+    made_of: tuple[tuple[int, int, int], ...]
     moments: Moments
     fit: Fitted
 
@@ -103,6 +105,7 @@ class Baseline:
         lists = {name: tuple(values[name]) for name in ("speeds", "movers", "usual")}
         ranges = tuple((float(low), float(high)) for low, high in values["ranges"])
         fit = _fit(moments, channels, lists["movers"], ranges)
+        lists["made_of"] = tuple(tuple(one) for one in values["made_of"])
         return cls(**{**values, **lists, "ranges": ranges, "channels": channels, "moments": moments, "fit": fit})
 
 
@@ -165,6 +168,7 @@ def learn(
         movers=movers,
         ranges=ranges,
         usual=tuple(np.mean(s**2, axis=0).tolist()),
+        made_of=tuple(window.window for window in seen),
         moments=moments,
         fit=_fit(moments, channels, movers, ranges),
     )

@@ -57,6 +57,7 @@ class Seen:
         latent: force the model leaves unexplained. [N or N·m]
         conditions: temperature [degC] and load [kg or 1], where reported.
         stribeck_velocity: [m/s or rad/s], None where not known.
+        window: epoch, first sample and number of samples.
     """
 
     start_ns: int
@@ -66,6 +67,7 @@ class Seen:
     latent: float | None
     conditions: dict[str, float]
     stribeck_velocity: float | None = None
+    window: tuple[int, int, int] = (0, 0, 0)
 
     @classmethod
     def of(cls, estimate: Estimate) -> Seen:
@@ -80,7 +82,8 @@ class Seen:
         conditions = dict(one for one in estimate.conditions.items() if one[0] in MOVERS)
         window = estimate.window
         latent, v_s = estimate.conditions.get("latent_force"), estimate.value_of("stribeck_velocity")
-        return cls(window.start_ns, window.end_ns, estimate.curve, others, latent, conditions, v_s)
+        number = (window.id.epoch, window.id.first_seq, window.id.samples)
+        return cls(window.start_ns, window.end_ns, estimate.curve, others, latent, conditions, v_s, number)
 
 
 def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:

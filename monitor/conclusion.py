@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import structlog
@@ -23,10 +24,18 @@ log = structlog.get_logger()
 class Conclusion:
     """Judges the answers of all axes. Belongs to the supervising thread."""
 
-    def __init__(self, config: Config, store: Store, alarms: AlarmDesk, publish: Publish, room: Room) -> None:
-        """Findings move `alarms`; answers are kept while there is `room`."""
+    def __init__(
+        self,
+        config: Config,
+        store: Store,
+        alarms: AlarmDesk,
+        publish: Publish,
+        room: Room,
+        consider: Callable[[AxisRun, Estimate, list[Finding]], list[Finding]],
+    ) -> None:
+        """Findings move `alarms`; answers are kept while there is `room`; `consider` adds what a diagnosis says."""
         self._config, self._store, self._alarms, self._publish = config, store, alarms, publish
-        self._room = room
+        self._room, self._consider = room, consider
 
     def conclude(self, run: AxisRun, row: int, estimate: Estimate) -> None:
         """Judge one answer, store it with everything it changed, then tell."""
@@ -50,7 +59,8 @@ class Conclusion:
         try:
             run.audit.hear(estimate)
             run.drift, findings = judge(run.drift, estimate, run.rule)
-            return _with_pace(run, run.audit.quality(findings)), indicators(run.drift, estimate, run.rule)
+            findings = self._consider(run, estimate, run.audit.quality(findings))
+            return _with_pace(run, findings), indicators(run.drift, estimate, run.rule)
         except Exception:
             run.reject("judgement_error")
             log.exception("an answer could not be judged", axis=run.record.name, window=str(estimate.window.id))

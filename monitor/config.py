@@ -95,6 +95,12 @@ class DriftSection(_Section):
     limit_rise: float = Field(default=0.5, gt=0, description="rise at which a worn axis ends its life: projection [1]")
 
 
+class DiagnosisSection(_Section):
+    """How what the model cannot explain is diagnosed; one axis at a time, after the windows."""
+
+    timeout_seconds: Seconds = Field(default=1800.0, description="a diagnosis busy longer is given up [s]")
+
+
 class AlarmsSection(_Section):
     """How often a healthy axis may cry wolf, and how long conditions last before they count."""
 
@@ -187,6 +193,7 @@ class Config(BaseSettings):
     intake: IntakeSection = IntakeSection()
     identification: IdentificationSection = IdentificationSection()
     drift: DriftSection = DriftSection()
+    diagnosis: DiagnosisSection = DiagnosisSection()
     alarms: AlarmsSection = AlarmsSection()
     webhook: WebhookSection = WebhookSection()
     history: HistorySection = HistorySection()

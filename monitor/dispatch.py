@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from monitor.axis_run import AxisRun, travelling
+from monitor.axis_run import AxisRun, model_of, travelling
 from monitor.config import Config
 from monitor.estimate import Estimate
 from monitor.fleet import Fleet
@@ -50,8 +50,9 @@ class Dispatch:
         row, window = run.waiting.popleft()
         samples = self._store.read(run.record.id, window.id)
         seed = window_seed(self._config.seed, run.record.name, window.id.epoch, window.id.first_seq)
-        method = self._config.identification.method
-        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method, run.audit.due(samples)))
+        method, due = self._config.identification.method, run.audit.due(samples)
+        effects, start = model_of(run)
+        self._workers.submit(Job(row, travelling(run.axis), window, samples, seed, method, due, effects, start))
 
     def collect(self) -> None:
         """Conclude the answers that have come; one that came before its predecessor waits for it."""

@@ -88,6 +88,11 @@ class DriftState:
     passed_over: int = 0
     passed_run: int = 0
 
+    @property
+    def windows_kept(self) -> tuple[tuple[int, int, int], ...]:
+        """Windows of the baseline, made or in the making: their samples are kept, for the day the model changes."""
+        return self.baseline.made_of if self.baseline else tuple(one.window for one in self.learned)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         plain = dataclasses.asdict(dataclasses.replace(self, baseline=None))
@@ -120,4 +125,4 @@ class DriftState:
 
 def _seen(one: dict[str, Any]) -> Seen:
     others = {name: (float(value), float(error)) for name, (value, error) in one["others"].items()}
-    return Seen(**one | {"curve": Curve.from_dict(one["curve"]), "others": others})
+    return Seen(**one | {"curve": Curve.from_dict(one["curve"]), "others": others, "window": tuple(one["window"])})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any
 
@@ -37,6 +37,7 @@ class Job:
         method: of `identify_friction`.
         audit: check sign, unit and scale first; what is refused is not identified.
         effects: promoted effects of this axis, fitted together with friction.
+        start: values their search begins with, by name.
     """
 
     row: int
@@ -47,6 +48,7 @@ class Job:
     method: str
     audit: bool = False
     effects: tuple[str, ...] = ()
+    start: dict[str, float] = field(default_factory=dict)
 
 
 def recording_of(samples: Samples, axis: Axis) -> Recording:
@@ -72,7 +74,9 @@ def identify_window(job: Job) -> Estimate:
         audit = _audit(recording, job.axis) if job.audit else None
         if audit is not None and audit["verdict"] == "refuse":
             return _refused(job, recording, audit)
-        answer = identify_friction(recording, job.axis, seed=job.seed, method=job.method, effects=job.effects)
+        answer = identify_friction(
+            recording, job.axis, seed=job.seed, method=job.method, start=job.start or None, effects=job.effects
+        )
     except Exception as error:
         return crashed(job, f"{type(error).__name__}: {error}")
     curve = curve_of(answer)

@@ -20,9 +20,10 @@ from monitor.config import Config
 from monitor.drift import DriftState, Kind
 from monitor.errors import DatabaseError, QueryError
 from monitor.fleet import Fleet
+from monitor.promotion import with_effect, without_effect
 from monitor.query_rows import SCHEMA_VERSION
 from monitor.store import Store
-from monitor.store_records import EventRecord
+from monitor.store_records import EventRecord, VersionRecord
 from monitor.times import iso, parse_duration, parse_time, span
 from plant import keys
 from plant.axis_schema import nearest
@@ -226,10 +227,32 @@ def delete(floor: Floor, run: AxisRun, command: Command) -> dict[str, Any]:
     return {"samples": run.record.samples, "deleted": True}
 
 
+def promote(floor: Floor, run: AxisRun, command: Command) -> dict[str, Any]:
+    """Make `effect` part of the axis' model; stored windows are identified again: the trend stays comparable."""
+    only(command, "effect")
+    effect = text_of(command, "effect")
+    return _remodel(floor, run, with_effect(run, effect, floor.now_ns(run), author_of(command)))
+
+
+def demote(floor: Floor, run: AxisRun, command: Command) -> dict[str, Any]:
+    """Take `effect` out of the axis' model again."""
+    only(command, "effect")
+    effect = text_of(command, "effect")
+    return _remodel(floor, run, without_effect(run, effect, floor.now_ns(run), author_of(command)))
+
+
+def _remodel(floor: Floor, run: AxisRun, version: VersionRecord) -> dict[str, Any]:
+    floor.store.add_version(run.record, version)
+    run.remodel = True
+    return {"version": version.version, "effects": sorted(version.effects), "why": version.why}
+
+
 ACTIONS: dict[str, Action] = {
     **dict.fromkeys(ALARM_EVENTS, move_alarm),
     "event": note_event,
     "relearn": relearn,
     "rename": rename,
     "delete": delete,
+    "promote": promote,
+    "demote": demote,
 }

@@ -7,6 +7,7 @@ from typing import Any
 from monitor.axis_run import AxisRun
 from monitor.config import Config
 from monitor.estimate import Estimate
+from monitor.store_records import DiagnosisRecord
 from monitor.times import iso
 from plant.axis import Axis
 
@@ -42,12 +43,14 @@ def estimate_payload(site: str, axis: str, estimate: Estimate, indicators: list[
 def model_payload(site: str, axis: str, estimate: Estimate, known: Axis | None) -> dict[str, Any]:
     """`.../model`: the latest friction law, for feed-forward users."""
     values = {one.name: {"value": one.value, "unit": one.unit} for one in estimate.parameters}
+    effects = sorted({name.split(".")[0] for name in values if "." in name})
     return {
         "schema_version": SCHEMA_VERSION,
         "site": site,
         "axis": axis,
         "law": "stribeck",
         "equation": "F(v) = (F_c + (F_s - F_c) exp(-|v|/v_s)) sign(v) + F_v v + F_0",
+        "effects": effects,
         "parameters": values,
         "curve": estimate.curve.to_dict() if estimate.curve else None,
         "units": {
@@ -56,6 +59,26 @@ def model_payload(site: str, axis: str, estimate: Estimate, known: Axis | None) 
         },
         "valid_from": iso(estimate.window.end_ns),
         "valid_from_ns": estimate.window.end_ns,
+    }
+
+
+def mismatch_payload(
+    site: str, axis: str, number: int, diagnosis: DiagnosisRecord, words: dict[str, Any]
+) -> dict[str, Any]:
+    """`.../mismatch`: a diagnosis, as `tribowatch diagnose` prints it, with what it was made of and what it offers."""
+    return {
+        **diagnosis.result,
+        "schema_version": SCHEMA_VERSION,
+        "site": site,
+        "axis": axis,
+        "number": number,
+        "at": iso(diagnosis.at_ns),
+        "at_ns": diagnosis.at_ns,
+        "finding": words["finding"],
+        "promote": words["promote"],
+        "windows": diagnosis.windows,
+        "seconds": diagnosis.seconds,
+        "software": diagnosis.software,
     }
 
 

@@ -19,6 +19,8 @@ from monitor.config import Config
 from monitor.dispatch import Dispatch
 from monitor.fleet import Fleet
 from monitor.inbox import Inbox
+from monitor.laboratory import Laboratory
+from monitor.loop import Loop
 from monitor.operate import Floor, serve
 from monitor.reception import Reception
 from monitor.retention import Retention
@@ -44,11 +46,15 @@ class Pipeline:
         publish: Publish,
         *,
         commands: CommandBox | None = None,
+        laboratory: Laboratory | None = None,
         owns: Callable[[str], bool] = lambda _name: True,
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], int] = time.time_ns,
     ) -> None:
-        """Take up every listed axis of ours where the history left it; `commands` are executed in every turn."""
+        """Take up every listed axis of ours where the history left it; `commands` are executed in every turn.
+
+        Diagnoses are made in `laboratory`, by default one of our own.
+        """
         self._config, self._store, self._inbox = config, store, inbox
         self._clock, self._last_commit = clock, clock()
         self.alarms = AlarmDesk(config, store, publish, wall)
@@ -59,7 +65,9 @@ class Pipeline:
         self._retention = Retention(config.history, self.fleet, store, wall)
         self.rounds = Rounds(config, self.fleet, store, self.alarms, publish, self.room, clock, wall)
         self.reception = Reception(self.fleet, store, self.rounds.acknowledge, clock, wall)
-        self.conclusion = Conclusion(config, store, self.alarms, publish, self.room)
+        laboratory = laboratory or Laboratory(config.diagnosis.timeout_seconds)
+        self.loop = Loop(config, self.fleet, store, self.alarms, publish, laboratory)
+        self.conclusion = Conclusion(config, store, self.alarms, publish, self.room, self.loop.consider)
         self.dispatch = Dispatch(config, self.fleet, store, workers, self.conclusion.conclude)
 
     def step(self, timeout: float = 0.05) -> None:
@@ -71,6 +79,7 @@ class Pipeline:
         if now - self._last_commit >= self._config.intake.commit_seconds:
             self.commit()
         self.dispatch.collect()
+        self.loop.turn()
         self.dispatch.submit()
         self.rounds.pace(self.dispatch, now)
         self.rounds.turn(now)

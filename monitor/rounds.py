@@ -77,7 +77,8 @@ class Rounds:
         if run.untidy and now - run.pruned >= PRUNE_SECONDS:
             run.untidy, run.pruned = False, now
             keep = 0 if self._room.scarce else self._config.history.keep_raw_windows
-            self._store.prune(run.record.id, run.record.stream.needed_from(), keep)
+            made_of = () if self._room.scarce else run.drift.windows_kept
+            self._store.prune(run.record.id, run.record.stream.needed_from(), keep, made_of)
         if now - run.told >= self._period / 2:
             self.tell(run)
 

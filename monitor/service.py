@@ -73,6 +73,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.http_webhook import Postman
     from monitor.inbox import Inbox
     from monitor.intake_zenoh import Intake
+    from monitor.laboratory import Laboratory
     from monitor.notify_systemd import Notifier
     from monitor.pipeline import Pipeline
     from monitor.publish_zenoh import Publications
@@ -99,6 +100,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             wake=inbox.wake,
         )
         stack.callback(workers.close)
+        laboratory = Laboratory(config.diagnosis.timeout_seconds, wake=inbox.wake)
+        stack.callback(laboratory.close)
         net = config.zenoh
         session = open_session(net.mode, net.listen, net.connect, **security_settings(config))
         stack.callback(session.close)
@@ -126,7 +129,9 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             ours = roster.share()
             if roster.member:
                 store.claim(roster.member, [name for name in axes if ours(name)])
-            pipeline = Pipeline(config, axes, store, workers, inbox, publish, commands=commands, owns=ours)
+            pipeline = Pipeline(
+                config, axes, store, workers, inbox, publish, commands=commands, laboratory=laboratory, owns=ours
+            )
             pipeline.tell_untold()
             intake = Intake(session, config.site, net.prefix, inbox)  # anew: publishers send again what they keep
             watched = sum(ours(name) for name in axes)

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
+from sqlalchemy import Connection, bindparam, delete, func, insert, or_, select, true, update
 
 from monitor.axis_versions import constants_of, differences
 from monitor.errors import DatabaseError
@@ -27,7 +27,7 @@ from monitor.models_life import AxisVersionRow, EventRow
 from monitor.store_alarms import AlarmStore
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
-from monitor.store_roll_ups import SPANS, add_to_roll_ups
+from monitor.store_roll_ups import SPANS, add_to_roll_ups, rebuild_roll_ups
 from monitor.store_rows import (
     AXIS_COLUMNS,
     as_parameters,
@@ -171,8 +171,17 @@ class Store(AlarmStore, LifeStore):
             raise DatabaseError(f"{self.url}: the journal does not hold {window} of axis {axis_id}")
         return whole.cut(window.first_seq, end)
 
-    def prune(self, axis_id: int, needed_from: tuple[int, int], keep_windows: int) -> int:
-        """Delete blocks that neither a pending nor a future window nor the newest `keep_windows` need; count them."""
+    def prune(
+        self,
+        axis_id: int,
+        needed_from: tuple[int, int],
+        keep_windows: int,
+        also: Sequence[tuple[int, int, int]] = (),
+    ) -> int:
+        """Delete blocks that nobody needs: no pending or future window, none of the newest `keep_windows`; count them.
+
+        `also` are older windows whose samples stay: epoch, first sample, samples.
+        """
         epoch, seq = needed_from
         with self._write() as db:
             done = select(WindowRow.epoch, WindowRow.first_seq).where(WindowRow.axis_id == axis_id)
@@ -186,7 +195,12 @@ class Store(AlarmStore, LifeStore):
             firsts = [(epoch, seq), *((int(row[0]), int(row[1])) for row in (open_first, kept_first) if row)]
             epoch, seq = min(firsts)
             old = (BlockRow.epoch < epoch) | ((BlockRow.epoch == epoch) & (BlockRow.seq + BlockRow.n <= seq))
-            return int(db.execute(delete(BlockRow).where(BlockRow.axis_id == axis_id, old)).rowcount)
+            needed = [
+                (BlockRow.epoch == epoch) & (BlockRow.seq < first + n) & (BlockRow.seq + BlockRow.n > first)
+                for epoch, first, n in also
+            ]
+            free = ~or_(*needed) if needed else true()
+            return int(db.execute(delete(BlockRow).where(BlockRow.axis_id == axis_id, old, free)).rowcount)
 
     def thin_out(self, axis_id: int, before_ns: int, limit: int = 2000) -> int:
         """Delete the oldest answers that ended before `before_ns` [ns], at most `limit`; count them.
@@ -206,6 +220,20 @@ class Store(AlarmStore, LifeStore):
             return len(rows)
 
     # --- answers ------------------------------------------------------------------------------------------
+
+    def replace(self, axis: AxisRecord, answers: Sequence[tuple[int, Estimate, list[dict[str, Any]]]]) -> None:
+        """Put other answers in the place of those to these windows (by row): another model looked at them."""
+        if not answers:
+            return
+        rows = [row for row, _, _ in answers]
+        with self._write() as db:
+            self._fence(db, [axis.id])
+            db.execute(delete(ParameterRow).where(ParameterRow.window_id.in_(rows)))
+            db.execute(delete(EstimateRow).where(EstimateRow.window_id.in_(rows)))
+            for row, estimate, indicators in answers:
+                self._keep(db, axis, row, estimate, indicators)
+            for day in sorted({estimate.window.end_ns // SPANS[-1] * SPANS[-1] for _, estimate, _ in answers}):
+                rebuild_roll_ups(db, axis.id, day, day)
 
     def save(
         self,

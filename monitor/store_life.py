@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from collections.abc import Sequence
 
 from sqlalchemy import delete, insert, select, update
 
 from monitor.errors import QueryError
-from monitor.models import AlarmRow, AxisRow
+from monitor.models import AlarmRow, AxisRow, WindowRow
 from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
 from monitor.store_records import AxisRecord, DiagnosisRecord, EventRecord, VersionRecord
+from monitor.store_rows import window_of
 from monitor.store_sharing import SharingStore
+from monitor.windows import Window, WindowId
 
 
 class LifeStore(SharingStore):
@@ -40,6 +43,25 @@ class LifeStore(SharingStore):
         with self._write() as db:
             rows = db.execute(query.order_by(AxisVersionRow.version)).mappings()
             return [VersionRecord(**{name: row[name] for name in names}) for row in rows]
+
+    def windows_of(self, axis_id: int, ids: Sequence[WindowId]) -> list[tuple[int, Window]]:
+        """(row id, window) of those of `ids` that are in the history, oldest first."""
+        wanted = {(one.epoch, one.first_seq, one.samples) for one in ids}
+        if not wanted:
+            return []
+        query = select(WindowRow.__table__).where(
+            WindowRow.axis_id == axis_id, WindowRow.first_seq.in_({one[1] for one in wanted})
+        )
+        with self._write() as db:
+            rows = db.execute(query.order_by(WindowRow.epoch, WindowRow.first_seq)).mappings()
+            found = [(int(row["id"]), window_of(row)) for row in rows]
+        return [(row, one) for row, one in found if (one.id.epoch, one.id.first_seq, one.id.samples) in wanted]
+
+    def save_drift(self, axis: AxisRecord) -> None:
+        """Store what the watch of an axis remembers."""
+        with self._write() as db:
+            self._fence(db, [axis.id])
+            db.execute(update(AxisRow).where(AxisRow.id == axis.id).values(drift=axis.drift))
 
     def add_diagnosis(self, axis_id: int, diagnosis: DiagnosisRecord) -> int:
         """Store a diagnosis; its row."""

@@ -30,11 +30,14 @@ def window_seed(seed: int, axis: str, epoch: int, first_seq: int) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
 
 
-def local_pool(workers: int) -> Executor:
-    """`workers` processes from a fork server that has the numerics loaded and shares nothing with this process."""
+def local_pool(workers: int, niceness: int = 0) -> ProcessPoolExecutor:
+    """`workers` processes from a fork server that has the numerics loaded and shares nothing with this process.
+
+    `niceness` lowers their priority. [1]
+    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["monitor.identify_window"])
-    return ProcessPoolExecutor(workers, mp_context=context, initializer=_settle_in)
+    return ProcessPoolExecutor(workers, mp_context=context, initializer=_settle_in, initargs=(niceness,))
 
 
 def _warm_up() -> None:
@@ -42,8 +45,9 @@ def _warm_up() -> None:
     time.sleep(0.1)
 
 
-def _settle_in() -> None:
+def _settle_in(niceness: int) -> None:
     """In a worker: leave ^C and SIGTERM to the daemon, and end when the daemon is gone, however it went."""
+    os.nice(niceness)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     threading.Thread(target=_follow_parent, daemon=True).start()

@@ -51,6 +51,40 @@ def relearn_command(
     report(done, f"{axis}: its baseline is learned anew from {done['at'][:19]}Z on", as_json)
 
 
+EffectName = Annotated[str, typer.Argument(help="Name of the effect, as a diagnosis gives it: rail_defect, ...")]
+
+
+def promote_command(
+    axis: AxisName,
+    effect: EffectName,
+    author: Author = None,
+    config: ConfigFile = None,
+    connect: Connect = None,
+    site: Site = "plant-1",
+    prefix: Prefix = "tribowatch",
+    as_json: AsJson = False,
+) -> None:
+    """Make EFFECT part of the model of AXIS: its size is identified with every window and watched from now on."""
+    done = give("promote", axis, {"effect": effect}, author, config, connect, site, prefix)
+    report(done, f"{axis}: version {done['version']} of its model has {', '.join(done['effects'])}", as_json)
+
+
+def demote_command(
+    axis: AxisName,
+    effect: EffectName,
+    author: Author = None,
+    config: ConfigFile = None,
+    connect: Connect = None,
+    site: Site = "plant-1",
+    prefix: Prefix = "tribowatch",
+    as_json: AsJson = False,
+) -> None:
+    """Take EFFECT out of the model of AXIS again."""
+    done = give("demote", axis, {"effect": effect}, author, config, connect, site, prefix)
+    has = ", ".join(done["effects"]) or "no effect"
+    report(done, f"{axis}: version {done['version']} of its model has {has}", as_json)
+
+
 def rename_command(
     axis: AxisName,
     to: Annotated[str, typer.Argument(help="Its new name.")],

@@ -1,0 +1,92 @@
+"""When is a diagnosis of an axis worth its time, and what does it say until the next? Pure."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from monitor.channels import CLEAN, REFERENCES, UNEXPLAINED
+from monitor.diagnosing import finding_of, promotable
+from monitor.drift_state import DriftState
+from monitor.findings import Finding, Kind
+from monitor.store_records import DiagnosisRecord
+from monitor.windows import Window
+
+WINDOWS = 3  # diagnosed together; the last is held out
+SETTLED = 2  # windows the condition lasts before a diagnosis: by then most show it
+GROWN = 1.5  # times the unexplained force of the last diagnosis
+APART = 10  # windows between two diagnoses
+STRUCTURE = 3.0  # times what a complete model leaves: a model that lacks something from the beginning
+
+
+@dataclass(slots=True)
+class MismatchWatch:
+    """The mismatch of one axis.
+
+    Attributes:
+        windows: the latest informative ones, oldest first.
+        since: windows for which the condition has held.
+        waited: windows since the latest diagnosis.
+        force: unexplained force at the latest diagnosis. [N or N·m]
+        latest: diagnosis; None before the first, and after the model changed.
+    """
+
+    windows: collections.deque[Window] = field(default_factory=lambda: collections.deque(maxlen=WINDOWS))
+    since: int = 0
+    waited: int = 0
+    force: float = 0.0
+    latest: DiagnosisRecord | None = None
+
+    def note(self, window: Window, holds: bool, force: float) -> bool:
+        """Take an informative window; True where a diagnosis is due.
+
+        Args:
+            window: it.
+            holds: more force is left unexplained than there should be.
+            force: unexplained in this window. [N or N·m]
+        """
+        self.windows.append(window)
+        self.since = self.since + 1 if holds else 0
+        self.waited += 1
+        if self.since < SETTLED or len(self.windows) < SETTLED:
+            return False
+        due = self.latest is None or (self.waited >= APART and force > GROWN * self.force)
+        if due:
+            self.waited, self.force = 0, force
+        return due
+
+    def add(self, finding: Finding) -> Finding:
+        """The finding of a mismatch with what the latest diagnosis says."""
+        if self.latest is None or not finding.holds:
+            return finding
+        return dataclasses.replace(finding, evidence=finding.evidence | told(self.latest))
+
+
+def told(diagnosis: DiagnosisRecord) -> dict[str, Any]:
+    """What an alert shows of a diagnosis."""
+    keys = ("verdict", "effects", "alternatives", "location", "remaining_force", "next_experiment", "explanation")
+    return {
+        "finding": finding_of(diagnosis.result),
+        "promote": promotable(diagnosis.result),
+        "diagnosis": {name: diagnosis.result.get(name) for name in keys} | {"at_ns": diagnosis.at_ns},
+    }
+
+
+def structure_of(state: DriftState) -> bool:
+    """Whether the model lacked something from the beginning: the baseline itself leaves too much unexplained."""
+    baseline = state.baseline
+    index = baseline.index(UNEXPLAINED) if baseline else None
+    if baseline is None or index is None:
+        return False
+    friction = float(abs(baseline.friction[REFERENCES // 2]))
+    left = float(np.exp(baseline.moments.mean_y[index])) - CLEAN * friction
+    return left > STRUCTURE * CLEAN * friction
+
+
+def holds_in(findings: list[Finding]) -> bool:
+    """Whether a mismatch is among `findings`."""
+    return any(finding.kind is Kind.MODEL_MISMATCH and finding.holds for finding in findings)
