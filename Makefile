@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion story
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -118,6 +118,19 @@ page-figures: $(VENV)/.ready-dev  ## first paint and data size of each view of t
 
 picture: $(VENV)/.ready-dev  ## the screenshot of the README, from a demo that runs for it
 	$(PY) -m tests.page.picture $(ARGS)
+axis-years: $(VENV)/.ready-dev  ## how often a healthy axis cries wolf: 1000 axis-years, errors from 10 500 real answers; hours; ARGS="--years 50"
+	test -e var/studies/pool.npz || $(PY) -m tests.monitor.studies.pool
+	$(PY) -m tests.monitor.studies.axis_years $(ARGS)
+
+delay: $(VENV)/.ready-dev  ## how soon changes are found, beside the optimum, a fixed rule, river and ruptures; ARGS="--axes 20" for less
+	test -e var/studies/pool.npz || $(PY) -m tests.monitor.studies.pool
+	$(PY) -m tests.monitor.studies.delay $(ARGS)
+
+confusion: $(VENV)/.ready-dev  ## simulated causes against what the watch calls them; ARGS="--axes 3" for less
+	$(PY) -m tests.monitor.studies.confusion $(ARGS)
+
+story: $(VENV)/.ready-dev  ## a rail defect grows, is named by the daemon, promoted, trended, repaired: the real daemon in time-lapse
+	$(PY) -m tests.scenarios.story
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

@@ -12,6 +12,7 @@ from plant.recording import Floats
 
 REFERENCES = 5  # reference speeds, spread over the range the axis visits
 MARGIN = 0.75  # of the fastest speed, up to which friction is compared
+SLOWER = 1.3  # times the slowest known: an axis that becomes faster knows less of the slow speeds
 SHAPES = (
     "friction at low speed",
     "friction between low and mid speed",
@@ -94,7 +95,7 @@ def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:
     curves = [curve for curve in curves if len(curve.speeds) > 0]
     if not curves:
         return None
-    low = float(np.quantile([curve.speeds[0] for curve in curves], 0.8, method="higher"))
+    low = SLOWER * float(np.quantile([curve.speeds[0] for curve in curves], 0.8, method="higher"))
     high = MARGIN * float(np.quantile([curve.fastest for curve in curves], 0.2, method="lower"))
     widest = max(curves, key=lambda curve: len(curve.speeds)).speeds
     common = [speed for speed in widest if low * (1 - 1e-9) <= speed <= high * (1 + 1e-9)]

@@ -18,7 +18,7 @@ from monitor.workers import local_pool
 
 log = structlog.get_logger()
 
-NICENESS = 10  # windows go first
+NICENESS = 5  # windows go first
 
 
 class Laboratory:

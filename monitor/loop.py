@@ -114,7 +114,7 @@ class Loop:
         made_of = run.drift.baseline.made_of if run.drift.baseline else ()
         ids = [WindowId(*one) for one in made_of] + [window.id for window in run.mismatch.windows]
         rows = self._store.windows_of(run.record.id, ids)
-        run.mismatch = dataclasses.replace(run.mismatch, latest=None, since=0, waited=0)
+        run.mismatch = dataclasses.replace(run.mismatch, latest=None, since=0, waited=0, asked=False)
         jobs = []
         for row, window in rows:
             samples = self._read(run, window)

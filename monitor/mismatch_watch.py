@@ -17,7 +17,7 @@ from monitor.store_records import DiagnosisRecord
 from monitor.windows import Window
 
 WINDOWS = 3  # diagnosed together; the last is held out
-SETTLED = 2  # windows the condition lasts before a diagnosis: by then most show it
+SETTLED = 3  # windows the condition lasts before a diagnosis: all that are diagnosed show it
 GROWN = 1.5  # times the unexplained force of the last diagnosis
 APART = 10  # windows between two diagnoses
 STRUCTURE = 3.0  # times what a complete model leaves: a model that lacks something from the beginning
@@ -32,6 +32,7 @@ class MismatchWatch:
         since: windows for which the condition has held.
         waited: windows since the latest diagnosis.
         force: unexplained force at the latest diagnosis. [N or N·m]
+        asked: the first diagnosis is on its way, or was made.
         latest: diagnosis; None before the first, and after the model changed.
     """
 
@@ -39,6 +40,7 @@ class MismatchWatch:
     since: int = 0
     waited: int = 0
     force: float = 0.0
+    asked: bool = False
     latest: DiagnosisRecord | None = None
 
     def note(self, window: Window, holds: bool, force: float) -> bool:
@@ -54,9 +56,10 @@ class MismatchWatch:
         self.waited += 1
         if self.since < SETTLED or len(self.windows) < SETTLED:
             return False
-        due = self.latest is None or (self.waited >= APART and force > GROWN * self.force)
+        again = self.latest is not None and (force > GROWN * self.force or not promotable(self.latest.result))
+        due = self.waited >= APART if again else self.latest is None and not self.asked
         if due:
-            self.waited, self.force = 0, force
+            self.waited, self.force, self.asked = 0, force, True
         return due
 
     def add(self, finding: Finding) -> Finding:

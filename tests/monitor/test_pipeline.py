@@ -26,7 +26,7 @@ SMALL = {"window": {"samples": 200, "hop": 200}, "intake": {"stale_after": 100.0
 class Bench:
     """A pipeline on a clock that only the test moves."""
 
-    def __init__(self, folder, workers, axes=(AXIS,), **settings):
+    def __init__(self, folder, workers, axes=(AXIS,), laboratory=None, **settings):
         self.now = 1000.0
         self.url = f"sqlite:///{folder / 'tribowatch.db'}"
         self.store = Store(self.url)
@@ -37,7 +37,7 @@ class Bench:
         self.pipeline = Pipeline(
             Config(site="site", state_dir=folder, **{**SMALL, **settings}), {axis.name: axis for axis in axes},
             self.store, workers, self.inbox, self.publish,
-            commands=self.commands, clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
+            commands=self.commands, laboratory=laboratory, clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
         )  # fmt: skip
 
     def publish(self, what, axis, content):
