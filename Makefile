@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion story
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion robot-joints story
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -53,7 +53,10 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and d
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
-bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
+bench-hirobot-joints: $(VENV)/.ready-dev  ## the watch on real robot joints in which nothing was broken; wants the recordings of TRIBOWATCH_DATA
+	$(PY) -m tests.monitor.studies.robot
+
+story: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
 	$(PY) -m tests.benchmarks.bench_history $(ARGS)
 
 bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones

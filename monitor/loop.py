@@ -38,6 +38,8 @@ class Loop:
         """Work is given to `laboratory`."""
         self._config, self._fleet, self._store = config, fleet, store
         self._alarms, self._publish, self._laboratory = alarms, publish, laboratory
+        for run in fleet:  # the daemon may have ended between a promotion and what it calls for
+            run.remodel = run.axis is not None and not knows_its_model(run)
 
     def consider(self, run: AxisRun, estimate: Estimate, findings: list[Finding]) -> list[Finding]:
         """`findings` of an answer, with what a diagnosis has to say; asks for one where it is due."""
@@ -151,3 +153,11 @@ class Loop:
 
 def _again(version: int, jobs: tuple[Job, ...]) -> tuple[int, list[tuple[int, Estimate]]]:
     return version, identify_again(jobs)
+
+
+def knows_its_model(run: AxisRun) -> bool:
+    """Whether the baseline was made with the effects that the model has now, no more and no less."""
+    baseline = run.drift.baseline
+    if baseline is None:
+        return True
+    return {name.split(".")[0] for name in baseline.extra if "." in name} == set(run.record.effects)

@@ -21,6 +21,7 @@ from monitor.models import (
     BlockRow,
     EstimateRow,
     GapRow,
+    ParameterRow,
     WindowRow,
 )
 from monitor.models_life import AxisVersionRow, EventRow
