@@ -72,7 +72,10 @@ def diagnoses(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:
     """Diagnoses of the axis, oldest first, each with what `tribowatch diagnose --json` prints."""
     questions.refuse_unknown("diagnoses", asked, ("limit",))
     limit = questions.whole(asked, "limit", POINTS)
-    return {"axis": path["axis"], "diagnoses": reader.diagnoses(path["axis"], limit=limit)}
+    found = reader.diagnoses(path["axis"], limit=limit)
+    for one in found:  # the pictures come with the single one, as figures
+        one["result"] = {name: value for name, value in one["result"].items() if name != "pictures"}
+    return {"axis": path["axis"], "diagnoses": found}
 
 
 def diagnosis(reader: PageReader, path: Words, asked: Words) -> dict[str, Any]:

@@ -65,11 +65,11 @@ def list_command(file: TokenFile = None, config: ConfigFile = None, as_json: AsJ
 @token_app.command("remove")
 def remove_command(name: HolderName, file: TokenFile = None, config: ConfigFile = None) -> None:
     """Take back the token of NAME; it stops working at once."""
-    from monitor.cli.output import note
+    from monitor.cli.output import screen
     from monitor.token_files import remove_token
 
     remove_token(_path(file, config), name)
-    note(f"the token of {name} works no more")
+    screen().print(f"The token of {name} works no more.")
 
 
 def _path(file: Path | None, config: Path | None) -> Path:

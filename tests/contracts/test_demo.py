@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -54,6 +55,8 @@ def test_the_alert_comes_and_is_explained(worn):
     assert result["windows"]["identified"] >= 60
     assert result["figures"]["event_days"] > 30  # the guide begins to wear on day 30
     assert result["figures"]["missing"] == 0
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", result["page"])
+    assert result["page"] in said
     assert result["parameters"]["coulomb_force"]["unit"] == "N"
     assert "WEAR" in said
     assert (folder / "daemon.log").exists()
