@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Comparison, Fit, compare, fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
-from identify.mismatch.inverse import effect_force
+from identify.mismatch.inverse import acting_force, effect_force
 from identify.mismatch.rules import BIC, Step, price, refusal
 from identify.mismatch.score import Lead, extend, leads
 from identify.mismatch.wandering import wanders
@@ -110,9 +110,10 @@ def _refit(current: Fit, candidate: Candidate, unseen: Samples, progress: Callab
         )
     richer = fit(problem, best[None])
     force = effect_force(richer.problem, richer.x, guise)
+    acting = acting_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
-    refused = refusal(richer, guise, evidence, force) or wanders(richer, guise.name, -evidence.bic)
-    return Step(richer, guise, evidence, force, refused)
+    refused = refusal(richer, guise, evidence, acting) or wanders(richer, guise.name, -evidence.bic)
+    return Step(richer, guise, evidence, force, refused, acting)
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:
@@ -138,7 +139,7 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
     if step.fit.problem.p <= poorer.problem.p:
         return step
     evidence = compare(poorer, step.fit, unseen)
-    refused = refusal(step.fit, step.guise, evidence, step.force_rms)
+    refused = refusal(step.fit, step.guise, evidence, step.acting)
     return replace(step, evidence=evidence, refused=refused or wanders(step.fit, step.guise.name, -evidence.bic))
 
 

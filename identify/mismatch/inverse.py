@@ -92,13 +92,25 @@ def unexplained(
     return Unexplained(np.concatenate(index), np.concatenate(force), np.concatenate(lacking))
 
 
-def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
-    """Force that `guise` brings at unknowns x (size,), rms over the motion. [N]; infinite where there is no inverse."""
+def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats | None:
+    """Force that `guise` brings at unknowns x (size,), sample by sample [N]; None where there is no inverse."""
     slot = problem.slot(guise)
     without = problem.including(tuple(other for other in problem.guises if other is not guise))
     bare = np.concatenate([x[: slot.start], x[slot.stop : problem.p]])
     here = unexplained(problem, x, problem.samples)
     there = unexplained(without, bare, problem.samples)
-    if here is None or there is None:
+    return None if here is None or there is None else here.lacking - there.lacking
+
+
+def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
+    """Force that `guise` brings at unknowns x (size,), rms over the motion. [N]; infinite where there is no inverse."""
+    series = effect_series(problem, x, guise)
+    return float("inf") if series is None else float(np.sqrt(np.mean(series**2)))
+
+
+def acting_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
+    """The same where `guise` acts: rms weighted by its own square, so that a place or an event counts in full. [N]."""
+    series = effect_series(problem, x, guise)
+    if series is None:
         return float("inf")
-    return float(np.sqrt(np.mean((here.lacking - there.lacking) ** 2)))
+    return float(np.sqrt(np.sum(series**4) / max(float(np.sum(series**2)), 1e-300)))

@@ -15,7 +15,7 @@ from identify.mismatch.guise import Guise
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
-SMALLEST = 0.007  # of the dry friction: force of an effect that is worth a name
+SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
@@ -28,13 +28,23 @@ LIKELY_BUT = ("its force of", "a parameter ended", "its size of")  # reasons a l
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One more effect on top of a fit: the richer fit, what speaks for it, and its force."""
+    """One more effect on top of a fit.
+
+    Attributes:
+        fit: with the effect.
+        guise: the effect.
+        evidence: what speaks for it.
+        force_rms: its force over the motion. [N]
+        refused: why it does not earn its name, or None.
+        acting: its force where it acts. [N]
+    """
 
     fit: Fit
     guise: Guise
     evidence: Comparison
     force_rms: float
     refused: str | None
+    acting: float = 0.0
 
     @property
     def misplaced(self) -> bool:
