@@ -212,7 +212,11 @@ def travelling(axis: Axis) -> Axis:
 
 def model_of(run: AxisRun) -> tuple[tuple[str, ...], dict[str, float]]:
     """Names of the promoted effects of an axis, and the values their search starts from."""
-    effects: dict[str, Any] = run.record.effects
+    return model_from(run.record.effects)
+
+
+def model_from(effects: dict[str, Any]) -> tuple[tuple[str, ...], dict[str, float]]:
+    """The same from the effects of a version of an axis."""
     start = {
         f"{effect}.{name}": float(value)
         for effect, values in effects.items()

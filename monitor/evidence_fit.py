@@ -33,6 +33,11 @@ def fit_of(samples: Samples, axis: Axis, estimate: Estimate) -> FitSamples | Non
     if estimate.verdict != "identified" or not all(name in values for name in LAW):
         return None
     recording = recording_of(samples, axis)
+    effects: dict[str, dict[str, float]] = {}
+    for name, value in values.items():
+        if "." in name:  # of a promoted effect: rail_defect.amplitude
+            effect, parameter = name.split(".", 1)
+            effects.setdefault(effect, {})[parameter] = value
     law = StribeckFriction(*(max(values[name], 1e-12) for name in LAW))
     position = np.full(len(recording), np.nan)
     usable = np.isfinite(recording.force) & np.isfinite(recording.position)
@@ -51,6 +56,7 @@ def fit_of(samples: Samples, axis: Axis, estimate: Estimate) -> FitSamples | Non
             recording.force[part] / axis.mechanics.gain,
             t=recording.t[part],
             hold=recording.hold,
+            effects=effects,
             constant_force=values.get("constant_force", 0.0),
             moving_mass=values.get("moving_mass"),
             position0=float(recording.position[first]),

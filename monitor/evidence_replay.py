@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from monitor.axis_run import drift_rule
+from monitor.axis_run import drift_rule, model_from
 from monitor.axis_versions import axis_of
 from monitor.config import Config
 from monitor.drift import DriftState, judge
@@ -32,7 +32,10 @@ def replay(bundle: Bundle) -> dict[str, Any]:
         WindowId(window["epoch"], window["first_seq"], window["samples"]), window["start_ns"], window["end_ns"]
     )
     settings = manifest["job"]
-    job = Job(0, axis, identity, bundle.samples, settings["seed"], settings["method"], settings["audit"])
+    effects, start = model_from(manifest["axis"]["effects"])
+    job = Job(
+        0, axis, identity, bundle.samples, settings["seed"], settings["method"], settings["audit"], effects, start
+    )
     now = identify_window(job)
     rule = drift_rule(axis, Config(site=alert["site"], **manifest["watch"]["settings"]))
     _, findings = judge(DriftState.from_dict(manifest["watch"]["state"]), now, rule)

@@ -1,6 +1,7 @@
 """Evidence of an alert: kept when it rises, says what it holds, and replays to the same verdict."""
 
 import csv
+import dataclasses
 import io
 import json
 import zipfile
@@ -8,12 +9,19 @@ import zipfile
 import numpy as np
 import pytest
 
+from monitor.axis_run import model_from
 from monitor.cli import app  # noqa: F401  registers the commands
 from monitor.cli.app import run_command
 from monitor.errors import QueryError
+from monitor.estimate import Parameter
 from monitor.evidence import MANIFEST, WINDOW, contents, unpack
+from monitor.evidence_fit import LAW, fit_of
 from monitor.evidence_replay import replay
 from monitor.queries import Reader
+from monitor.windows import Samples
+from plant.presets import paper_friction
+from plant.simulation import simulate
+from tests.monitor.estimates import estimate
 from tests.monitor.test_pipeline import AXIS, Bench, workers  # noqa: F401  a fixture
 from tests.scenarios.harness import START_NS, blocks_of, burst
 
@@ -119,3 +127,22 @@ def test_what_is_no_evidence_is_said_so(jammed, tmp_path, capsys):
             unpack(wrong)
     assert run_command(["alerts", "replay-evidence", str(tmp_path / "none.zip")]) == 2
     assert "cannot be read" in capsys.readouterr().err
+
+
+def test_the_fit_knows_promoted_effects():
+    torque, _ = burst(AXIS)
+    defect = {"amplitude": 30.0, "centre": 1.0, "width": 0.05}
+    law = paper_friction()
+    position = simulate(AXIS, law, torque, sample_time=0.01, effects={"rail_defect": defect}, position0=1.0).position
+    samples = Samples(1, 0, START_NS + np.arange(2000) * 10**7, np.asarray(torque), position)
+    names = {name: getattr(law, name) for name in LAW}
+    misses = []
+    for more in ({}, {f"rail_defect.{name}": value for name, value in defect.items()}):
+        found = tuple(Parameter(name, value, "1") for name, value in (names | more).items())
+        fit = fit_of(samples, AXIS, dataclasses.replace(estimate(0), parameters=found))
+        misses.append(np.sqrt(np.nanmean((fit.position - position) ** 2)))
+    assert misses[1] < 0.5 * misses[0]
+    assert model_from({"rail_defect": defect}) == (
+        ("rail_defect",),
+        {f"rail_defect.{name}": value for name, value in defect.items()},
+    )
