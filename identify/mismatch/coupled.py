@@ -65,6 +65,19 @@ class CoupledProblem(ExtendedProblem):
         finer.substeps = finer.states[0].substeps
         return finer
 
+    def masked(self, samples: Samples) -> CoupledProblem:
+        """This very problem, steps and first states included, on other values of the same samples."""
+        n = len(self.states[0].samples)
+        before, today = samples.part(0, n), samples.part(n, len(samples))
+        other = CoupledProblem(self.states[1], before, today, self.released)
+        then, now = (
+            state.on(part, state.first_state).refined(part.sample_time / state.substeps)
+            for state, part in zip(self.states, (before, today), strict=True)
+        )
+        other.states = then, now
+        other.substeps = self.substeps
+        return other
+
     def split(self, x: Floats) -> tuple[Floats, Floats]:
         """Unknowns of both states for candidates x (m, size)."""
         runs = self.states[0].samples.runs
