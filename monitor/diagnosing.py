@@ -30,21 +30,29 @@ class DiagnosisJob:
 
 
 def diagnose_windows(job: DiagnosisJob) -> DiagnosisRecord:
-    """Diagnose; what cannot be diagnosed is `insufficient_data` with its reason."""
+    """Diagnose all windows together, and where that names nothing the newest alone.
+
+    What cannot be diagnosed is `insufficient_data` with its reason.
+    """
     started = time.perf_counter()
     recordings = [recording_of(samples, job.axis) for samples in job.samples]
+    windows = job.windows
     try:
         result = finite(diagnose(recordings, job.axis, seed=job.seed).to_dict())
+        if result["verdict"] == "unexplained" and len(windows) > 1:  # what grows is not the same in every window
+            alone = finite(diagnose(recordings[-1:], job.axis, seed=job.seed).to_dict())
+            if alone["verdict"] == "explained":
+                result, windows = alone, windows[-1:]
     except TribowatchError as error:
         result = {"verdict": "insufficient_data", "reason": str(error), "axis": job.axis.name, "effects": []}
-    first, last = job.windows[0], job.windows[-1]
+    first, last = windows[0], windows[-1]
     return DiagnosisRecord(
         at_ns=last.end_ns,
         from_ns=first.start_ns,
         to_ns=last.end_ns,
         verdict=result["verdict"],
         result=result,
-        windows=[[one.id.epoch, one.id.first_seq, one.id.samples] for one in job.windows],
+        windows=[[one.id.epoch, one.id.first_seq, one.id.samples] for one in windows],
         seed=job.seed,
         software=SOFTWARE,
         seconds=time.perf_counter() - started,

@@ -19,7 +19,7 @@ from monitor.windows import Window
 WINDOWS = 3  # diagnosed together; the last is held out
 SETTLED = 3  # windows the condition lasts before a diagnosis: all that are diagnosed show it
 GROWN = 1.5  # times the unexplained force of the last diagnosis
-APART = 10  # windows between two diagnoses
+APART, RETRY = 10, 4  # windows between two diagnoses; after one that found no name
 STRUCTURE = 3.0  # times what a complete model leaves: a model that lacks something from the beginning
 
 
@@ -56,8 +56,12 @@ class MismatchWatch:
         self.waited += 1
         if self.since < SETTLED or len(self.windows) < SETTLED:
             return False
-        again = self.latest is not None and (force > GROWN * self.force or not promotable(self.latest.result))
-        due = self.waited >= APART if again else self.latest is None and not self.asked
+        if self.latest is None:
+            due = not self.asked
+        elif promotable(self.latest.result):
+            due = self.waited >= APART and force > GROWN * self.force
+        else:
+            due = self.waited >= RETRY
         if due:
             self.waited, self.force, self.asked = 0, force, True
         return due

@@ -26,11 +26,11 @@ from tests.scenarios.harness import ROOT, SITE, START_NS, Ear, Plant, blocks_of,
 DAY_NS = 86_400 * 10**9
 AXIS = "axis-1"
 ENOUGH = 5  # bursts with a mismatch, by which the daemon has begun to diagnose
-HEALTHY, STEP, GROWING, REPAIRED = 40, 4, 36, 12  # bursts; of the growing defect every fourth of two a day
+HEALTHY, STEP, GROWING, REPAIRED = 40, 4, 56, 12  # bursts; of the growing defect every fourth of two a day
 
 
 def bursts(scenario: Scenario) -> list[tuple[str, int]]:
-    """Chapter and number of each burst: 20 days healthy, 72 days of a growing defect, then as new."""
+    """Chapter and number of each burst: 20 days healthy, 112 days of a growing defect, then as new."""
     first = 60  # day 30: the defect begins
     chapters = [("healthy", k) for k in range(HEALTHY)]
     chapters += [("growing", first + STEP * k) for k in range(GROWING)]
@@ -67,6 +67,10 @@ class Teller:
         with Reader(self.plant.url) as reader:
             found = [one for one in reader.diagnoses(AXIS) if one["verdict"] == "explained"]
         return found[-1] if found else None
+
+    def diagnosed(self) -> bool:
+        with Reader(self.plant.url) as reader:
+            return bool(reader.diagnoses(AXIS))
 
     def active(self) -> list[str]:
         with Reader(self.plant.url) as reader:
@@ -116,7 +120,7 @@ def tell(folder: Path) -> None:
                     seen += 1
                     if seen < ENOUGH:
                         continue
-                    wait_for(teller.diagnosis, 900, "the daemon's own diagnosis")
+                    wait_for(teller.diagnosed, 900, "the daemon's own diagnosis")
                     named = teller.diagnosis()
                     if named is not None:
                         amplitude = 0.5 * (number / 2 - 30)
