@@ -28,7 +28,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion robot-joints story
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion robot-joints story
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -137,6 +137,12 @@ story: $(VENV)/.ready-dev  ## a rail defect grows, is named by the daemon, promo
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s
+
+kills: $(VENV)/.ready-dev  ## kill -9 of daemon, workers, publisher (and server): ARGS="--kills 1000 --database postgresql"
+	$(PY) -m tests.scenarios.kill9 $(ARGS)
+
+soak: $(VENV)/.ready-dev  ## the time-lapse plant as fast as it goes: memory, handles, lag, disk: ARGS="--minutes 60"
+	$(PY) -m tests.scenarios.soak $(ARGS)
 
 clean:  ## remove the virtual environment, caches and the demo's state
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks build *.egg-info var/demo

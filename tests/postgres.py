@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from pathlib import Path
@@ -52,6 +53,15 @@ class Server:
     def stop(self, mode="fast"):
         """Stop; with mode `immediate` as a crash would."""
         self._run("pg_ctl", "-D", "data", "-m", mode, "-w", "-t", "60", "stop", check=False)
+
+    def crash(self, hard=False):
+        """End without a word: told to (`immediate`), or `hard`, by SIGKILL, which its children find out later."""
+        if not hard:
+            return self.stop("immediate")
+        pid = int((self.folder / "data" / "postmaster.pid").read_text().split()[0])
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+        return None
 
     def query(self, sql) -> str:
         """What psql prints for one statement, without headers."""

@@ -1,164 +1,224 @@
-"""Kill the daemon at random moments while a publisher goes on; then account for every sample and every window.
+"""Kill daemon, worker processes, publisher and database server at random moments; then account for everything.
 
-`python -m tests.scenarios.kill9 [KILLS] [SEED]` prints the account as JSON; exit code 1 where something is wrong.
+`make kills ARGS="--kills 1000 --database postgresql"` (or `python -m tests.scenarios.kill9`) prints the account as
+JSON; exit code 1 where something is wrong. `--minutes` ends it early, with a full account of what was done by then.
 """
 
-import itertools
+import argparse
+import collections
+import contextlib
 import json
+import os
+import signal
+import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 
 import numpy as np
-from sqlalchemy import text
 
-from monitor.database import make_engine
+from monitor.command_zenoh import send_command
+from monitor.commands import Command
+from plant import keys
+from plant.errors import TribowatchError
 from plant.presets import paper_axis
-from plant.publisher import SamplePublisher
-from tests.scenarios.harness import SITE, START_NS, STEP_NS, Ear, Plant, blocks_of, burst, wait_for
+from tests.postgres import Server
+from tests.scenarios.harness import ROOT, SITE, Ear, Plant, burst, wait_for
+from tests.scenarios.kill9_account import WRONG, Database, account, promise
+from tests.scenarios.kill9_publisher import AXIS, BURSTS, read_ledger
 
-SAMPLES, HOP = 1000, 800
-SETTINGS = f"""
+SETTINGS = """
 [window]
-samples = {SAMPLES}
-hop = {HOP}
+samples = 1000
+hop = 800
 [intake]
 reorder_seconds = 1.0
+stale_after = 2.0
 [history]
 keep_raw_windows = 1000000
 [identification]
 workers = 2
+[drift]
+baseline_windows = 6
 """
-RATE = 1000.0  # samples per second
+PATIENCE = 180.0  # s, for a computer that does much else
 
 
-def run(folder: Path, kills: int, seed: int, cache_blocks: int = 40, database: str = "") -> dict:
-    """Kill `kills` times; return the account. A cache of 40 blocks holds 4 s, so longer outages leave gaps."""
-    rng = np.random.default_rng(seed)
-    stop, sent = threading.Event(), [0]
-    torque, position = burst(paper_axis(), samples=2000)
-    promises = []
-    settings = SETTINGS.replace("[history]", f'[history]\ndatabase = "{database}"') if database else SETTINGS
-    with Plant(folder, settings=settings) as plant:
-        plant.url = database or plant.url
-        plant.start()
-        with (
-            plant.session() as session,
-            SamplePublisher(session, SITE, "axis-1", cache_blocks=cache_blocks) as publisher,
-        ):
-            ear = Ear(session)
-            thread = threading.Thread(target=_publish, args=(publisher, torque, position, stop, sent))
-            thread.start()
+class Publisher:
+    """The publisher's process; killed with what waits in it."""
+
+    def __init__(self, plant: Plant, cache_blocks: int) -> None:
+        self._plant, self._cache = plant, cache_blocks
+        self.process, self._before = None, 0
+
+    def start(self):
+        self._before = len(read_ledger(self._plant.folder))
+        command = [sys.executable, "-m", "tests.scenarios.kill9_publisher", self._plant.endpoint]
+        with (self._plant.folder / "publisher.log").open("ab") as log:
+            self.process = subprocess.Popen(
+                [*command, str(self._plant.folder), str(self._cache)], stdin=subprocess.PIPE, stderr=log, cwd=ROOT
+            )
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait(10)
+        self.process.stdin.close()
+
+    def stop_sending(self):
+        """It stays, with its cache; what it has sent stands in the ledger once that no longer grows."""
+        wait_for(lambda: len(read_ledger(self._plant.folder)) > self._before, PATIENCE, "the publisher sends")
+        self.process.stdin.write(b"stop\n")
+        self.process.stdin.flush()
+
+
+def workers_of(pid: int) -> list[int]:
+    """Grandchildren of the daemon: what its fork server has forked."""
+    parents = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
+    return [child for child, parent in parents.items() if parents.get(parent) == pid]
+
+
+class Hunt:
+    """One run: who is killed when, and what had been promised by then."""
+
+    def __init__(self, plant, publisher, session, server, rng):
+        self.plant, self.publisher, self.server, self._rng = plant, publisher, server, rng
+        self.session, self.database = session, Database(plant.url)
+        self.ear, self.promises, self.commands = Ear(session), [], 0
+        self.killed = collections.Counter()
+
+    def acknowledged(self) -> tuple[int, int]:
+        """(epoch, number) of the last sample that the daemon has acknowledged."""
+        said = [one["committed"] for one in list(self.ear.heard["status"]) if one["committed"]]
+        return max(((one["epoch"], one["seq"]) for one in said), default=(0, -1))
+
+    def strike(self, victim: str) -> None:
+        """Wait for a random moment, mostly in the midst of work; kill; start again after a while."""
+        before = self.acknowledged()
+        if self._rng.random() < 0.7:
+            wait_for(lambda: self.acknowledged() > before, PATIENCE, "something acknowledged")
+            self._acknowledge()
+        time.sleep(float(self._rng.uniform(0.0, 1.5)))  # the random moment is the point
+        pause = float(self._rng.choice([0.0, 0.5, 2.5]))
+        getattr(self, f"_{victim}")(pause)
+        self.killed[victim] += 1
+
+    def _daemon(self, pause):
+        self.plant.kill()
+        self.promises.append(promise(self.database, self.acknowledged()))
+        time.sleep(pause)
+        self.plant.start(PATIENCE)
+
+    def _worker(self, _pause):
+        found = wait_for(lambda: workers_of(self.plant.process.pid), PATIENCE, "a worker process")
+        self.promises.append(promise(self.database, self.acknowledged()))
+        with contextlib.suppress(ProcessLookupError):  # it was just replaced; that is a break too
+            os.kill(int(self._rng.choice(found)), signal.SIGKILL)
+
+    def _publisher(self, pause):
+        self.publisher.kill()
+        self.promises.append(promise(self.database, self.acknowledged()))
+        time.sleep(pause)
+        self.publisher.start()
+
+    def _server(self, pause):
+        said = self.acknowledged()
+        self.server.crash(hard=bool(self._rng.random() < 0.5))
+        time.sleep(pause)
+        self._start_server()
+        self.promises.append(promise(self.database, said))
+
+    def _start_server(self):
+        """It refuses while children of the dead one still hold its memory."""
+        deadline = time.monotonic() + PATIENCE
+        while True:
             try:
-                for _ in range(kills):
-                    before = ear.committed()
-                    if rng.random() < 0.7:  # in the midst of its work, else perhaps before the stream is back
-                        wait_for(lambda before=before: ear.committed() > before, 60, "something acknowledged")
-                    time.sleep(float(rng.uniform(0.0, 1.5)))  # the random moment is the point
-                    plant.kill()
-                    promises.append(_promise(plant, publisher.epoch, ear.committed()))
-                    time.sleep(float(rng.choice([0.0, 0.5, 2.5])))
-                    plant.start()
-            finally:
-                stop.set()
-                thread.join()
-            last = sent[0] - 1
-            wait_for(lambda: ear.committed() >= last, 60, f"last sample {last} acknowledged, {ear.committed()} is")
-            wait_for(lambda: ear.heard["status"][-1]["pending_windows"] == 0, 240, "all windows answered")
-            ear.close()
-        seconds = plant.terminate()
-        return account(plant, publisher.epoch, sent[0], promises) | {"kills": kills, "stop_seconds": seconds}
+                return self.server.start()
+            except subprocess.CalledProcessError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.5)
+
+    def _acknowledge(self):
+        """What an operator does with an alarm that stands; counted when the daemon says it is done."""
+        stands = [kind for kind, state in self.database.query("select kind, state from alarm") if "un" in state]
+        for kind in stands[:1]:
+            with contextlib.suppress(TribowatchError):  # it went by itself meanwhile, or the daemon is just away
+                send_command(self.session, SITE, keys.PREFIX, Command("acknowledge", AXIS, {"kind": kind}, "hunter"))
+                self.commands += 1
+
+    def settle(self) -> None:
+        """Let everything be answered that was sent."""
+        self.publisher.stop_sending()
+        ledger = read_ledger(self.plant.folder)
+        while (later := _after_a_second(self.plant.folder)) != ledger:
+            ledger = later
+        epoch, last = max(ledger), ledger[max(ledger)][0] - 1
+        wait_for(lambda: self.acknowledged() >= (epoch, last), PATIENCE, f"{last} of {epoch}: {self.acknowledged()}")
+        waits = 'select count(*) from "window" where not done'
+        wait_for(lambda: self.database.query(waits) == [(0,)], 10 * PATIENCE, "all windows answered")
 
 
-def _publish(publisher, torque, position, stop, sent):
-    """Send bursts of 2000 samples, each a day after the other in event time, at `RATE`."""
-    number, begun = 0, time.monotonic()
-    while not stop.is_set():
-        start = START_NS + number * 86_400 * 10**9
-        for block in blocks_of("axis-1", publisher.epoch, publisher.next_seq, start, torque, position):
-            publisher.put(block)
-            sent[0] = publisher.next_seq
-            stop.wait(max(0.0, begun + sent[0] / RATE - time.monotonic()))
-        number += 1
+def _after_a_second(folder):
+    time.sleep(1.0)
+    return read_ledger(folder)
 
 
-def _query(plant, sql, **values):
-    engine = make_engine(plant.url)
-    try:
-        with engine.connect() as connection:
-            return connection.execute(text(sql), values).fetchall()
-    finally:
-        engine.dispose()
+def run(folder: Path, kills: int, seed: int, *, server: Server | None = None, victims=(), cache_blocks: int = 150,
+        minutes: float = 1e9) -> dict:  # fmt: skip
+    """Kill `kills` times, each of `victims` as often; the account. 150 blocks hold 15 s, longer outages leave gaps."""
+    rng, begun = np.random.default_rng(seed), time.monotonic()
+    victims = victims or (("daemon", "worker", "publisher") + (("server",) if server else ()))
+    url = server.database() if server else ""
+    settings = SETTINGS.replace("[history]", f'[history]\ndatabase = "{url}"') if server else SETTINGS
+    bursts = {"healthy": burst(paper_axis(), samples=2000), "worn": burst(paper_axis(), 1.3, samples=2000)}
+    parts = {f"{kind}_{what}": one[k] for kind, one in bursts.items() for k, what in enumerate(("torque", "position"))}
+    np.savez(folder / BURSTS, **parts)
+    with Plant(folder, axes=(AXIS,), settings=settings) as plant, contextlib.ExitStack() as stack:
+        plant.url = url or plant.url
+        plant.start(PATIENCE)
+        publisher = Publisher(plant, cache_blocks)
+        publisher.start()
+        stack.callback(publisher.kill)
+        hunt = Hunt(plant, publisher, stack.enter_context(plant.session()), server, rng)
+        wait_for(lambda: hunt.acknowledged()[1] >= 0, PATIENCE, "the first acknowledgement")
+        deck: list[str] = []
+        for _ in range(kills):
+            if time.monotonic() - begun > 60 * minutes:
+                break
+            deck = deck or list(rng.permutation(victims))
+            hunt.strike(str(deck.pop()))
+        hunt.settle()
+        hunt.ear.close()
+        report = {"kills": hunt.killed.total(), **{f"kills_of_{name}": n for name, n in sorted(hunt.killed.items())}}
+        stop_seconds = plant.terminate()
+        report |= account(hunt.database, read_ledger(folder), hunt.promises, hunt.commands)
+        return report | {"seconds": round(time.monotonic() - begun), "stop_seconds": round(stop_seconds, 1)}
 
 
-def _received(plant, epoch):
-    """Numbers of the samples in the journal; fails where one is there twice."""
-    rows = _query(plant, "select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
-    parts = [np.arange(seq, seq + n) for seq, n in rows]
-    numbers = np.concatenate(parts) if parts else np.zeros(0, dtype=int)
-    assert len(np.unique(numbers)) == len(numbers), "a sample is in the journal twice"
-    return numbers
-
-
-def _promise(plant, epoch, acknowledged):
-    """What was acknowledged before this kill, and which samples up to there the journal holds."""
-    numbers = _received(plant, epoch)
-    return acknowledged, numbers[numbers <= acknowledged]
-
-
-def account(plant, epoch, sent, promises):
-    """Compare journal, gaps and windows with what was sent and acknowledged."""
-    numbers = _received(plant, epoch)
-    gaps = _query(plant, "select from_seq, to_seq, missing from gap where epoch = :epoch and missing > 0", epoch=epoch)
-    missing = np.concatenate([np.arange(first, end) for first, end, _ in gaps]) if gaps else np.zeros(0, dtype=int)
-    lost = sum(len(np.setdiff1d(promised, numbers)) for _, promised in promises)
-    broken = sum(int(np.isin(missing, promised).sum()) for _, promised in promises)
-    expected = _expected_windows(plant, epoch, numbers)
-    windows = [
-        tuple(row) for row in _query(plant, 'select first_seq, samples from "window" where epoch = :epoch', epoch=epoch)
-    ]
-    answers = _query(plant, "select count(*), count(distinct window_id) from estimate")[0]
-    return {
-        "sent": sent,
-        "received": len(numbers),
-        "missing_reported": len(missing),
-        "unaccounted": sent - len(np.union1d(numbers, missing)),
-        "both_received_and_missing": len(np.intersect1d(numbers, missing)),
-        "acknowledged_and_lost": lost + broken,
-        "windows": len(windows),
-        "windows_twice": len(windows) - len(set(windows)),
-        "windows_wrong": len(set(windows) ^ {(first, SAMPLES) for first in expected}),
-        "answers": answers[0],
-        "answers_missing": len(windows) - answers[1],
-        "integrity": "ok" if "postgresql" in plant.url else _query(plant, "pragma integrity_check")[0][0],
-    }
-
-
-def _expected_windows(plant, epoch, numbers):
-    """First samples of the windows that the received samples make, from the journal alone."""
-    rows = _query(plant, "select seq, t_ns from block where epoch = :epoch order by seq", epoch=epoch)
-    stamps = np.concatenate([np.frombuffer(t_ns, "<i8") for _, t_ns in rows])
-    broken = (np.diff(numbers) != 1) | (np.diff(stamps) > 1.5 * STEP_NS)
-    edges = np.concatenate(([0], np.flatnonzero(broken) + 1, [len(numbers)]))
-    starts = []
-    for first, end in itertools.pairwise(edges):
-        starts += [int(numbers[k]) for k in range(first, end - SAMPLES + 1, HOP)]
-    return starts
-
-
-WRONG = ("unaccounted", "both_received_and_missing", "acknowledged_and_lost", "windows_twice", "windows_wrong",
-         "answers_missing")  # fmt: skip
+def is_good(report: dict) -> bool:
+    return report["integrity"] == "ok" and not any(report[name] for name in WRONG)
 
 
 def main() -> int:
-    words = sys.argv[1:]
-    kills, seed = int(words[0]) if words else 20, int(words[1]) if len(words) > 1 else 0
-    with tempfile.TemporaryDirectory() as folder:
-        report = run(Path(folder), kills, seed)
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--kills", type=int, default=100)
+    options.add_argument("--seed", type=int, default=0)
+    options.add_argument("--cache", type=int, default=400, help="blocks of 0.1 s that the publisher keeps")
+    options.add_argument("--database", choices=("sqlite", "postgresql"), default="sqlite")
+    options.add_argument("--minutes", type=float, default=1e9, help="end after that, however many kills it was")
+    chosen = options.parse_args()
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        server = stack.enter_context(contextlib.closing(Server())) if chosen.database == "postgresql" else None
+        report = run(
+            folder, chosen.kills, chosen.seed, server=server, cache_blocks=chosen.cache, minutes=chosen.minutes
+        )
     sys.stdout.write(json.dumps(report, indent=1) + "\n")
-    return 1 if any(report[name] for name in WRONG) or report["integrity"] != "ok" else 0
+    return 0 if is_good(report) else 1
 
 
 if __name__ == "__main__":
