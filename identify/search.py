@@ -106,7 +106,9 @@ def observer_search(problem: FrictionProblem, rng: Generator, start: Floats | No
         known = path.confirmed(coarse, start, witnesses, gain)
         if known is not None:
             x, index = known
-            return path.finished(x, index) if settings[1, index] > WEAK else path.follow(x[None])
+            if settings[1, index] <= WEAK:
+                x, index = path.released(x, index)
+            return path.follow(x[None]) if 0.0 < settings[1, index] <= WEAK else path.finished(x, index)
         seeds = np.concatenate([seeds, start[None]])
 
     def criterion(candidates: Floats) -> Floats:
@@ -209,6 +211,12 @@ class _Homotopy:
             self.settings[:, index].copy(),
             self.evaluations,
         )
+
+    def released(self, x: Floats, index: int) -> tuple[Floats, int]:
+        """A point (size,) near the free run, polished there and at its own gain; the likelier of both, and its gain."""
+        at = np.array([index, 0])
+        ends = self.polish(np.stack([x, x]), at, 12, ROUGH)
+        return ends.x[ends.best], int(at[ends.best])
 
     def aside(self, index: int) -> int:
         """Index of the gain half a decade weaker at another correlation time; the free run where there is none."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import ctypes
+import dataclasses
 import importlib
 import shutil
 import subprocess
@@ -30,11 +31,21 @@ from identify.output_error import output_error_search
 from identify.paper_method import to_unknowns
 from identify.polish import polish_all
 from identify.search import genetic_search
+from plant.recording import Recording
 from tests.benchmarks.search_study import SUCCESS, Case, criterion, draw
 from tests.benchmarks.test_bench_plant import DT, FLAGS, FORCE, LAW, SUBSTEPS, M, N
 from tests.benchmarks.test_bench_plant import ours as ours_march
+from tests.identify.studies.machines import Setting, draw_case
 
 BUDGET = 6000
+WINDOWS = {
+    "three sines, dirt 0.5 %": Setting(),
+    "sine, dirt 0.5 %": Setting("sine"),
+    "closed loop, dirt 0.5 %": Setting("loop"),
+    "three sines, mass unknown": Setting(mass_known=False),
+    "three sines, white noise only": Setting(dirt=0.0),
+}
+FIRST_MACHINE = 800  # seed
 NAIVE_SECONDS = 60.0  # of CPU that a naive user's search gets per problem; ours needs a hundredth of a second
 
 
@@ -306,6 +317,38 @@ def whole_windows(count: int) -> None:
         )
 
 
+def following_windows(count: int) -> None:
+    """Print what a window costs from nothing, and the one after it from its answer, on machines with unknown forces."""
+    generation, _ = generation_seconds()
+    print("windows of 2000 samples, noise 0.1 mm: the first from nothing (cold), the next from its answer (warm)")
+    for name, setting in WINDOWS.items():
+        cold, warm = [], []
+        for number in range(-1, count):
+            case = draw_case(FIRST_MACHINE + abs(number), dataclasses.replace(setting, samples=2 * N))
+            first, second = (_part(case.recording, k * N, (k + 1) * N) for k in (0, 1))
+            begin = time.process_time()
+            answer = identify_friction(first, case.axis)
+            middle = time.process_time()
+            start = {name: parameter.value for name, parameter in answer.parameters.items()}
+            identify_friction(second, case.axis, start=start)
+            if number >= 0:
+                cold.append(middle - begin)
+                warm.append(time.process_time() - middle)
+        cells = (
+            f"{1e3 * np.median(x):6.1f} ms, 95 %: {1e3 * np.quantile(x, 0.95):6.1f} ms = "
+            f"{np.median(x) / generation:3.0f} generations"
+            for x in (cold, warm)
+        )
+        print(f"{name:34s} {count:4d}  cold {' | warm '.join(cells)}")
+
+
+def _part(recording: Recording, first: int, last: int) -> Recording:
+    """Samples `first` to `last` as a recording of its own."""
+    cut = slice(first, last)
+    t = recording.t[cut] - recording.t[first]
+    return dataclasses.replace(recording, t=t, force=recording.force[cut], position=recording.position[cut])
+
+
 def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -313,10 +356,12 @@ def main() -> None:
     parser.add_argument("--peers", type=int, default=200, help="for the peers, the first ones of the same problems")
     parser.add_argument("--first", type=int, default=0, help="number of the first problem; others are fresh ones")
     parser.add_argument("--naive", type=int, default=2, help="problems for the naive user, a minute each")
+    parser.add_argument("--windows", type=int, default=20, help="machines per row of the last table")
     options = parser.parse_args()
     search_table(options.first, options.problems, options.peers)
     naive_user(options.first, options.naive)
     whole_windows(min(options.problems, 40))
+    following_windows(options.windows)
 
 
 if __name__ == "__main__":
