@@ -197,7 +197,7 @@ on noisy data, with the parameters that carry an interval in at least half of th
 friction at the usual speed is known.
 
 - Literal reading: the paper's verdict is right, and not only the search's fault. On squares our search brings the
-  criterion down to 1e-13, and on the slow ones parameters are still tens of percent off: data without noise hardly hold
+  criterion down to 1e-11, and on the slow ones parameters are still tens of percent off: data without noise hardly hold
   them, data with 1 mm of noise do not. Our default says so before anybody trusts them: no parameter carries an
   interval. On sines the paper's algorithm rarely gets all four within 10 %, ours always does.
 - Bump reading: on squares the mass breaks loose or does not, and eq. (4) over one free run is a cliff. Neither search
