@@ -70,10 +70,10 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
         ):
             if settings.can:
                 viewer.say("demo: the drive is on a CAN bus of datagrams; a bridge takes its frames to Zenoh")
-            bridge = stack.enter_context(can_bridge(place, port)) if settings.can else None
-            source = stack.enter_context(can_machine(place) if settings.can else machine(place, port))
             heard.page = _page_of(service, settings.folder)
             viewer.say(f"demo: the page is at {heard.page}")
+            bridge = stack.enter_context(can_bridge(place, port)) if settings.can else None
+            source = stack.enter_context(can_machine(place) if settings.can else machine(place, port))
             viewer.say(f"demo: the machine starts: {scenario.description or scenario.name}")
             stopped_by = _listen(settings, viewer, heard, rate, ear, (service, source, bridge), begun)
     return {

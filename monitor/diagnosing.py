@@ -9,10 +9,12 @@ from typing import Any
 from identify import diagnose
 from monitor.estimate import Estimate
 from monitor.identify_window import SOFTWARE, Job, finite, identify_window, recording_of
+from monitor.picture_values import picture_values
 from monitor.store_records import DiagnosisRecord
 from monitor.windows import Samples, Window
 from plant.axis import Axis
 from plant.errors import TribowatchError
+from plant.recording import Recording
 
 WORDS = {
     "position": "m", "velocity": "m/s", "torque": "N*m", "time": "s",
@@ -38,9 +40,9 @@ def diagnose_windows(job: DiagnosisJob) -> DiagnosisRecord:
     recordings = [recording_of(samples, job.axis) for samples in job.samples]
     windows = job.windows
     try:
-        result = finite(diagnose(recordings, job.axis, seed=job.seed).to_dict())
+        result = _answer(recordings, job)
         if result["verdict"] == "unexplained" and len(windows) > 1:  # what grows is not the same in every window
-            alone = finite(diagnose(recordings[-1:], job.axis, seed=job.seed).to_dict())
+            alone = _answer(recordings[-1:], job)
             if alone["verdict"] == "explained":
                 result, windows = alone, windows[-1:]
     except TribowatchError as error:
@@ -57,6 +59,13 @@ def diagnose_windows(job: DiagnosisJob) -> DiagnosisRecord:
         software=SOFTWARE,
         seconds=time.perf_counter() - started,
     )
+
+
+def _answer(recordings: list[Recording], job: DiagnosisJob) -> dict[str, Any]:
+    """The JSON of a diagnosis, with the pictures the page draws (they are not told over Zenoh)."""
+    found = diagnose(recordings, job.axis, seed=job.seed)
+    pictures = {} if found.pictures is None else {"pictures": picture_values(found.pictures)}
+    return {**finite(found.to_dict()), **pictures}
 
 
 def identify_again(jobs: tuple[Job, ...]) -> list[tuple[int, Estimate]]:

@@ -66,8 +66,9 @@ def mismatch_payload(
     site: str, axis: str, number: int, diagnosis: DiagnosisRecord, words: dict[str, Any]
 ) -> dict[str, Any]:
     """`.../mismatch`: a diagnosis, as `tribowatch diagnose` prints it, with what it was made of and what it offers."""
+    told = {name: value for name, value in diagnosis.result.items() if name != "pictures"}
     return {
-        **diagnosis.result,
+        **told,
         "schema_version": SCHEMA_VERSION,
         "site": site,
         "axis": axis,
