@@ -12,6 +12,8 @@ import pytest
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Verdict
 from monitor.cli.app import run_command
+from monitor.picture_values import figures_of, picture_values
+from monitor.report_figures import pictures_figures
 from monitor.report_file import write_report
 from plant.axis_file import read_axis
 from plant.errors import InputError
@@ -150,3 +152,19 @@ def test_every_plot_is_drawn_in_a_browser(case, request, tmp_path):
     said = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     assert not said
     assert done.stdout.count('data-drawn="yes"') == page.count('class="plot"')
+
+
+def test_what_the_daemon_keeps_draws_the_same_figures(hidden):
+    """The pictures go through JSON into the history; the page draws them by the code of the report."""
+    _, found, _ = hidden
+    kept = json.loads(json.dumps(picture_values(found.pictures), allow_nan=False))
+    assert len(json.dumps(kept)) < 200_000  # bytes a diagnosis may add to the history
+    location = None if found.location is None else found.location.to_dict()
+    drawn = figures_of(kept, location)
+    original = pictures_figures(found.pictures, found.location)
+    assert len(drawn) == len(original) + 2  # the build-up of the evidence, and the predictions
+    for (_, before), after in zip(original, drawn, strict=False):
+        for one, other in zip(before["data"], after["figure"]["data"], strict=True):
+            known = np.array([np.nan if y is None else y for y in one["y"]], dtype=float)
+            again = np.array([np.nan if y is None else y for y in other["y"]], dtype=float)
+            np.testing.assert_allclose(again, known, rtol=1e-3, equal_nan=True)
