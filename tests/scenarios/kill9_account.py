@@ -154,5 +154,6 @@ def _alarms(database, promises, acknowledged_commands):
         "transitions_lost": lost,
         "transitions_illegal": illegal,
         "alarms_elsewhere": sum(state.get(kind, "normal") != where for kind, where in now.items()),
-        "commands_lost": acknowledged_commands - sum(event == "acknowledge" for _, _, event, *_ in rows),
+        "commands": acknowledged_commands,
+        "commands_lost": max(0, acknowledged_commands - sum(event == "acknowledge" for _, _, event, *_ in rows)),
     } | {f"raised_{kind}": sum(one[1] == kind and one[4] == "unacknowledged" for one in rows) for kind in state}

@@ -1,11 +1,14 @@
 """Killed at random moments, the daemon keeps what it acknowledged, and says what it did not receive."""
 
+import contextlib
 import json
+import sqlite3
 
 import pytest
 
 from tests.scenarios.kill9 import run
-from tests.scenarios.kill9_account import WRONG
+from tests.scenarios.kill9_account import WRONG, Database, account, promise
+from tests.scenarios.kill9_publisher import read_ledger
 
 
 def check(report):
@@ -18,6 +21,27 @@ def check(report):
 
 def test_kill_9_loses_nothing_acknowledged_and_doubles_nothing(tmp_path):
     check(run(tmp_path, kills=5, seed=3))
+    assert found_wrong(tmp_path) == {"acknowledged_and_lost", "unaccounted", "windows_wrong", "answers_missing",
+                                     "transitions_illegal", "commands_lost"}  # fmt: skip
+
+
+def found_wrong(folder):
+    """What the account says after harm was done to that history: it must be able to see it."""
+    database, ledger = Database(f"sqlite:///{folder / 'var' / 'tribowatch.db'}"), read_ledger(folder)
+    epoch, first, samples = database.query("select epoch, first_seq, samples from window limit 1")[0]
+    promises = [promise(database, (epoch, first + samples))]
+    commands = len(database.transitions()) + 1
+    axis = database.query("select axis_id from window")[0][0]
+    with contextlib.closing(sqlite3.connect(folder / "var" / "tribowatch.db")) as harm, harm:
+        harm.execute("delete from block where epoch = ? and seq <= ? and seq + n > ?", (epoch, first, first))
+        harm.execute("delete from estimate where window_id = (select min(window_id) from estimate)")
+        harm.execute(
+            "insert into transition (axis_id, kind, event, before, after, at_ns, author, alert, published)"
+            " values (?, 'jam', 'holds', 'acknowledged', 'acknowledged', 0, '', '{}', 1)",
+            (axis,),
+        )
+    report = account(database, ledger, promises, commands)
+    return {name for name in WRONG if report[name]}
 
 
 @pytest.mark.slow
