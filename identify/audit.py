@@ -209,6 +209,8 @@ def _delay(recording: Recording, result: Fit) -> Finding | None:
     late = "position" if result.delay > 0 else "force"
     seen = f"{1e3 * abs(result.delay):.3g} ms" if shifted else "none to speak of"
     text = (
-        f"the {late} comes {seen} late: force and position are not of the same instant" if shifted else f"delay: {seen}"
+        f"the {late} comes {seen} late: force and position are not of the same instant"
+        if shifted
+        else "no delay between force and position to speak of"
     )
     return Finding("warn" if shifted else "ok", "delay", seen, f"< {1.5e3 * period:.3g} ms", None, text)

@@ -71,7 +71,7 @@ def _clock(recording: Recording) -> Finding:
     jitter = float(np.std(steps[steps <= GAP * period])) / period
     seen = f"period {1e3 * period:.4g} ms, jitter {100 * jitter:.2g} %, {gaps} gaps"
     calm = jitter < 0.25 and gaps <= 0.01 * len(steps)
-    return Finding("ok" if calm else "warn", "clock", seen, "jitter < 25 %, gaps < 1 %", None, f"clock: {seen}")
+    return Finding("ok" if calm else "warn", "clock", seen, "jitter < 25 %, gaps < 1 %", None, f"stamps have {seen}")
 
 
 def _sample_time(recording: Recording, axis: Axis) -> Finding | None:

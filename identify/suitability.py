@@ -51,6 +51,7 @@ class Suitability:
     fastest: float
     friction: float | None
     friction_error: float | None
+    speed_unit: str
 
     @property
     def text(self) -> str:
@@ -58,7 +59,7 @@ class Suitability:
         if self.good:
             return (
                 f"good enough: {self.strokes} strokes, {self.duration:.3g} s of motion, "
-                f"speeds {self.slowest:.3g} to {self.fastest:.3g}"
+                f"speeds {self.slowest:.3g} to {self.fastest:.3g} {self.speed_unit}"
             )
         return f"not good enough: {'; '.join(self.reasons)}. Do this motion: {self.motion}"
 
@@ -97,6 +98,7 @@ def suitability(recording: Recording, axis: Axis) -> Suitability:
         fastest=fastest,
         friction=result.friction if result is not None and known else None,
         friction_error=result.friction_error if result is not None and known else None,
+        speed_unit=f"{axis.position_unit}/s",
     )
 
 

@@ -30,14 +30,16 @@ ADVICE = {
         "medium",
         "the drive works harder, position errors grow; in the end the guide is damaged",
         "wear or dirt of the guide, the carriage or the belt; too much pre-load or belt tension",
-        "inspect guide, carriage and belt of this axis; clean, re-tension or replace; then tell it: axes event",
+        "inspect guide, carriage and belt of this axis; clean, re-tension or replace; then note it: "
+        "`tribowatch axes event AXIS TEXT --new-baseline`",
         "at the next planned stop",
     ),
     Kind.LUBRICATION: Advice(
         "medium",
         "dry running wears the guide quickly; too much or too stiff grease heats it",
         "lubricant lost, aged or changed",
-        "lubricate as the maker says; if it was just lubricated, let the axis run in, then tell it: axes event",
+        "lubricate as the maker says; if it was just lubricated, let the axis run in; then note it: "
+        "`tribowatch axes event AXIS TEXT --new-baseline`",
         "within days",
     ),
     Kind.JAM: Advice(
@@ -65,14 +67,16 @@ ADVICE = {
         "low",
         "wear cannot be judged at this operating point; the axis itself may be well",
         "a payload, temperature, cycle or outside force that the baseline has not seen",
-        "compare with what production did; if this is how the axis will run, let it learn anew: axes relearn",
+        "compare with what production did; if this is how the axis will run, let it learn anew: "
+        "`tribowatch axes relearn AXIS`",
         "when convenient",
     ),
     Kind.MODEL_MISMATCH: Advice(
         "medium",
         "parameters are less trustworthy, and something about the machine may have begun to fail",
         "physics the model does not hold: damage at one place, play, a soft belt, ripple of a motor or pulley",
-        "read the diagnosis; when it names an effect, look there, and let it be followed: axes promote",
+        "read the diagnosis; when it names an effect, look there, and let it be followed: "
+        "`tribowatch axes promote AXIS EFFECT`",
         "at the next planned stop",
     ),
 }
@@ -100,11 +104,12 @@ CAUSES = {
     },
     "speed range": {
         "likely_cause": "the axis now runs slower, or over a shorter stroke, than when the baseline was learned",
-        "recommended_action": "if this is how the axis will run, let it learn anew: axes relearn",
+        "recommended_action": "if this is how the axis will run, let it learn anew: `tribowatch axes relearn AXIS`",
     },
     "less friction": {
         "likely_cause": "fresh lubricant, running-in, less pre-load or belt tension than before",
-        "recommended_action": "if it was just serviced, tell it: axes event --new-baseline; else check the tension",
+        "recommended_action": "if it was just serviced, note it: "
+        "`tribowatch axes event AXIS TEXT --new-baseline`; else check the tension",
     },
     "viscous friction": {"likely_cause": "lubricant stiffer or thinner than before: another grade, aged, contaminated"},
     "low-speed friction": {"likely_cause": "the film fails at low speed: too little lubricant, or the wrong one"},

@@ -144,6 +144,7 @@ class Heard:
 def where_next(axis: str, state_dir: str) -> list[tuple[str, str]]:
     """Commands worth typing after the demo, with what they show."""
     return [
+        (f"tribowatch run --config {state_dir}/tribowatch.toml", "the daemon and its page again, on this history"),
         (f"tribowatch alerts --state-dir {state_dir}", "every alert with its evidence and what to do"),
         (f"tribowatch history {axis} --state-dir {state_dir}", "the trend of every parameter"),
         (f"tribowatch history {axis} --state-dir {state_dir} --parameter coulomb_force --csv", "for your own tools"),

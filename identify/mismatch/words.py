@@ -45,7 +45,7 @@ def explained(effects: tuple[FoundEffect, ...], alternatives: tuple[tuple[str, .
     parts = [f"{PLAIN.get(effect.name, effect.name)} ({_numbers(effect)})" for effect in effects]
     text = f"The baseline model leaves out {' and '.join(parts)}."
     if gain < 1.0:
-        text += f" With it, the error on data the fit has not seen falls to {100 * gain:.0f} %."
+        text += f" With it, the error on data the fit has not seen falls to {100 * gain:.2g} %."
     if len(alternatives) > 1:
         others = "; or ".join(" with ".join(names) for names in alternatives[1:])
         text += f" These recordings cannot tell it from {others}."

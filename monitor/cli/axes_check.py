@@ -23,7 +23,7 @@ def axes_check_command(
         list[Path] | None, typer.Argument(metavar="[RECORDING...]", help="Default: all that the axis file lists.")
     ] = None,
     stream: Annotated[bool, typer.Option("--stream", help="Check the live stream instead.")] = False,
-    seconds: Annotated[float, typer.Option(help="How long to listen to the stream. [s]")] = 20.0,
+    seconds: Annotated[float, typer.Option(help="How many seconds to listen to the stream.")] = 20.0,
     connect: Annotated[
         list[str] | None,
         typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),

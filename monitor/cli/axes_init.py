@@ -29,19 +29,19 @@ def axes_init_command(
     out: Annotated[Path, typer.Option(help="The axis file to write.")] = Path("axis.toml"),
     name: Annotated[str | None, typer.Option(help="Name of the axis.", show_default=False)] = None,
     orientation: Annotated[str | None, typer.Option(help="vertical, horizontal or rotary.", show_default=False)] = None,
-    mass: Annotated[float | None, typer.Option(help="Mass in translation. [kg]", show_default=False)] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass in translation, in kg.", show_default=False)] = None,
     inertia: Annotated[
         float | None,
-        typer.Option(help="Inertia on the driving pulley's (or rotary) axis. [kg*m^2]", show_default=False),
+        typer.Option(help="Inertia on the driving pulley's (or rotary) axis, in kg*m^2.", show_default=False),
     ] = None,
     pulley_radius: Annotated[
-        float | None, typer.Option(help="Radius of the driving pulley. [m]", show_default=False)
+        float | None, typer.Option(help="Radius of the driving pulley, in m.", show_default=False)
     ] = None,
     force_per_torque: Annotated[
-        float | None, typer.Option(help="Force at the belt per motor torque. [N per N*m]", show_default=False)
+        float | None, typer.Option(help="Force at the belt per motor torque, in N per N*m.", show_default=False)
     ] = None,
-    rated_torque: Annotated[float | None, typer.Option(help="Rated torque. [N*m]", show_default=False)] = None,
-    rated_force: Annotated[float | None, typer.Option(help="Rated force. [N]", show_default=False)] = None,
+    rated_torque: Annotated[float | None, typer.Option(help="Rated torque, in N*m.", show_default=False)] = None,
+    rated_force: Annotated[float | None, typer.Option(help="Rated force, in N.", show_default=False)] = None,
     column: Annotated[
         Pairs, typer.Option(help="Column of the file for a channel: --column t=time_s. Repeatable.", show_default=False)
     ] = None,
@@ -253,5 +253,11 @@ def _show(out: Path, axis: Axis, guessed: dict[str, Any], judged: Judged | None,
     screen().print(f"{out}: axis {axis.name} written")
     if guessed:
         screen().print("  taken as default or guessed, check them in the file: " + ", ".join(guessed))
+    if "force_per_torque" in guessed:
+        screen().print(
+            f"  every newton and the mass scale with force_per_torque; {axis.gain:g} N per N*m is a default, not measured: "
+            "give --force-per-torque"
+        )
     if judged is not None:
         show_judged(judged)
+        screen().print(f"next: tribowatch identify --axis {out}")

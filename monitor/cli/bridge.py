@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def bridge_command(
     config: Annotated[Path, typer.Option("--config", help="The bridge file (TOML); see deploy/bridge.toml.")],
-    duration: Annotated[float | None, typer.Option(help="Stop after this long. [s]", show_default=False)] = None,
+    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", show_default=False)] = None,
     connect: Annotated[
         list[str] | None,
         typer.Option(help="Zenoh endpoint of the daemon, instead of the file's; may be repeated.", show_default=False),

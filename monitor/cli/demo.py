@@ -17,7 +17,7 @@ def demo_command(
     until_alert: Annotated[
         bool, typer.Option("--until-alert", help="Stop when the daemon has noticed that the machine changed.")
     ] = False,
-    duration: Annotated[float | None, typer.Option(help="Stop after this long. [s]", show_default=False)] = None,
+    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", show_default=False)] = None,
     speed: Annotated[float, typer.Option(help="Time-lapse: event seconds per second.")] = DEFAULT_SPEED,
     scenario: Annotated[
         str, typer.Option(help="What happens to the machine: a file, or a name of simulate --list.")

@@ -96,12 +96,15 @@ def show_diagnosis(found: Diagnosis) -> None:
         out.print(make_table(("effect", ">share", "parameter", ">value", "95 % interval", "unit"), rows))
     if found.fit:
         out.print(
-            make_table(("one second ahead", ">fitted data", ">unseen data", ">force error, unseen"), _fit_rows(found))
+            make_table(
+                ("squared error, 1 s ahead", ">fitted data", ">unseen data", ">force error, unseen"), _fit_rows(found)
+            )
         )
     if found.location is not None:
         low, high = found.location.interval
         coordinate = found.location.coordinate.replace("_", " ")
-        out.print(f"where: {coordinate} from {low:.4g} to {high:.4g}")
+        both = found.location.coordinate == "direction"
+        out.print("where: both directions" if both else f"where: {coordinate} from {low:.4g} to {high:.4g}")
     if found.remaining_force is not None:
         out.print(f"force that stays unexplained: {found.remaining_force.value:.2g} {found.remaining_force.unit}")
     for change in found.changes:

@@ -110,7 +110,9 @@ def _show(found: dict[str, Any], detail: bool) -> None:
     names = sorted(found["series"], key=lambda name: FIRST.index(name) if name in FIRST else len(FIRST))
     series = {name: found["series"][name] for name in names if found["series"][name]["points"]}
     if not series:
-        out.print(f"{found['axis']}: nothing was identified in this range.")
+        out.print(
+            f"{found['axis']}: nothing was identified in this range; a window that has just come takes some seconds."
+        )
     else:
         first = min(one["points"][0]["t"] for one in series.values())
         last = max(one["points"][-1]["t"] for one in series.values())

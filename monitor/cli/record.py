@@ -25,9 +25,9 @@ def record_command(
         list[str] | None, typer.Option(help="Name of an axis; may be repeated. Default: all.", show_default=False)
     ] = None,
     kind: Annotated[str, typer.Option("--format", help="csv, csv.gz or parquet (extra 'parquet').")] = "csv.gz",
-    roll_minutes: Annotated[float, typer.Option(help="Begin a new file after so much event time. [min]")] = 60.0,
+    roll_minutes: Annotated[float, typer.Option(help="Begin a new file after so many minutes of event time.")] = 60.0,
     roll_megabytes: Annotated[float, typer.Option(help="Begin a new file after so much payload. [MB]")] = 64.0,
-    duration: Annotated[float | None, typer.Option(help="Stop after this long. [s]", show_default=False)] = None,
+    duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", show_default=False)] = None,
     connect: Annotated[
         list[str] | None,
         typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
