@@ -100,7 +100,7 @@ class Screen:
 
         page = [Text.assemble(("page  ", "dim"), (heard.page, "underline"))] if heard.page else []
         head = Text.assemble(
-            ("tribowatch demo", "bold"),
+            ("demo", "bold"),
             f"  {heard.axis}  {heard.date}, day {heard.days:.0f}  ",
             (f"{heard.windows} windows  {samples_per_second:.0f} samples/s  {elapsed:.0f} s", "dim"),
         )
