@@ -255,7 +255,7 @@ def _show(out: Path, axis: Axis, guessed: dict[str, Any], judged: Judged | None,
         screen().print("  taken as default or guessed, check them in the file: " + ", ".join(guessed))
     if "force_per_torque" in guessed:
         screen().print(
-            f"  force_per_torque is {axis.mechanics.gain:g} N per N*m by default; every newton and the mass scale with it: "
+            f"  force_per_torque is {axis.mechanics.gain:g} N per N*m by default; every newton scales with it: "
             "give --force-per-torque"
         )
     if judged is not None:
