@@ -8,6 +8,8 @@ import typer
 
 from monitor.cli.options import AsJson, ConfigFile, StateDir, history_url
 
+LONGEST_STATE = 14  # characters of "unacknowledged"
+
 axes_app = typer.Typer(
     name="axes",
     help="List the axes; init describes a new one, check looks at its signals.",
@@ -56,14 +58,18 @@ def _show(found: list[dict[str, Any]]) -> None:
             _how(axis),
             _latest(axis["friction"]),
             "–" if axis["change"] is None else f"{100 * axis['change']:+.1f} %",
-            sparkline(axis["trend"], 16),
+            sparkline(axis["trend"], 8),
             _height(axis),
             str(axis["missing"]),
             show_time(axis["last_sample_ns"]),
         )
         for axis in found
     ]
-    out.print(make_table(columns, rows))
+    table = make_table(columns, rows)
+    for column in table.columns[1:]:
+        column.no_wrap = False  # or a screen of 80 columns cuts the last ones away
+    table.columns[1].min_width = LONGEST_STATE
+    out.print(table)
 
 
 def _how(axis: dict[str, Any]) -> str:
