@@ -36,7 +36,7 @@ from plant.recording import Recording
 CLEAN = 0.013  # of the dry friction: latent force of a complete model
 REST = 0.05  # of the dry friction: latent force beside a name, above which ...
 KEPT = 0.45  # ... and above which share of its former level, the name does not stand
-LEFT = 0.3  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
+LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
