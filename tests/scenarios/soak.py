@@ -132,6 +132,7 @@ def look(plant: Plant, publisher, ear, begun: float) -> dict:
         "intake_seconds": status["lag"]["intake_seconds"],
         "pending": status["pending_windows"],
         "missing": status["missing"],
+        "rejected": sum(status["rejected"].values()),
         "database_mb": round(sum(file.stat().st_size for file in plant.folder.glob("var/*.db*")) / 1e6, 2),
     }
 
@@ -168,11 +169,12 @@ def run(folder: Path, minutes: float, every: float, samples: int, say=lambda _ro
                 say(rows[-1])
             feeder.halt.set()
             feeder.join()
+            rejected = ear.heard["status"][-1]["rejected"]
             ear.close()
         if feeder.error is not None:
             raise feeder.error
         plant.terminate()
-        return {"minutes": minutes, "lives": feeder.lives, "last": rows[-1], **judge(rows)}
+        return {"minutes": minutes, "lives": feeder.lives, "last": rows[-1], "rejected": rejected, **judge(rows)}
 
 
 def main() -> int:
