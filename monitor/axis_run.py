@@ -108,7 +108,10 @@ class AxisRun:
     @property
     def complaint(self) -> str | None:
         """Why it is not watched though it sends."""
-        return None if self.assembler is None else self.starvation.complaint(self.assembler.rule.samples, self.clock)
+        if self.assembler is None:
+            return None
+        rule = self.assembler.rule
+        return self.starvation.complaint(rule.samples, self.clock, rule.hop * self.assembler.stretch)
 
     def reject(self, reason: str, count: int = 1) -> int:
         """Count what was refused; return how much of it there was so far."""

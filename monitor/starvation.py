@@ -44,19 +44,20 @@ class Starvation:
             self.taken = 0
             self.breaks.clear()
 
-    def complaint(self, window: int, clock: StreamClock) -> str | None:
+    def complaint(self, window: int, clock: StreamClock, hop: int = 0) -> str | None:
         """Why the axis is not watched though it sends; None where nothing is wrong.
 
         Args:
             window: samples of one window.
             clock: of the axis.
+            hop: samples from one window to the next, as stretched as it is now: so many come without one anyway.
         """
         if self.outdated >= window:
             return (
                 f"{self.outdated} samples were refused: their epoch is older than one seen before; "
                 "restart the publisher with a larger epoch, and check whether its clock was set back"
             )
-        if self.taken < PATIENCE * window or not self.breaks:
+        if self.taken < max(PATIENCE * window, window + hop) or not self.breaks:
             return None
         broken = ", ".join(f"{count} {WORDS[kind]}" for kind, count in self.breaks.most_common())
         text = f"{self.taken} samples came without {window} in an unbroken row: {broken}"

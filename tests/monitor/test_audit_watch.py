@@ -1,5 +1,6 @@
 """The connect-time audit in the corridor: what is mis-scaled is kept and counted, never learned from."""
 
+import collections
 import dataclasses
 
 import numpy as np
@@ -167,3 +168,9 @@ def test_a_publisher_whose_epoch_is_too_old_is_not_refused_in_silence():
     gap = Gap(GapKind.EPOCH, 1, 5, 5, 0, 1)
     hunger.note(Outcome(accepted=[window()], gaps=[gap]))
     assert hunger.complaint(200, clock) is None
+
+
+def test_a_long_hop_is_no_hunger():
+    hunger, clock = Starvation(taken=5000, breaks=collections.Counter({GapKind.PAUSE: 1})), StreamClock()
+    assert hunger.complaint(200, clock, hop=5000) is None
+    assert "jumps" in hunger.complaint(200, clock, hop=4000)
