@@ -219,7 +219,10 @@ def _run_trimmed(rng, spec, machine, excitation, facts, series):
         "loop_noise": spec.noise * facts.half / 0.2 * 0.1 * rng.standard_normal(len(t)),
         "settled": True,
     }
-    truth = run(machine, excitation, **world)
+    try:
+        truth = run(machine, excitation, **world)
+    except ValueError as error:  # two masses without inertia on both sides, say
+        raise UndrawableError(str(error)) from error
     if isinstance(excitation, Torque) and spec.excitation not in ("still", "staircase"):
         truth = _trim(machine, excitation, world, facts, truth)
     _check(spec, truth, facts, excitation)
