@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+import zenoh
 
 from monitor.bridge_news import news
 from monitor.cli.app import run_command
@@ -134,7 +135,8 @@ def test_several_axes_are_replayed_at_once(folder, hub, axes, capsys):
         block = decode_block(sample.payload.to_bytes(), str(sample.encoding))
         blocks.append(block)
         committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
-        session.put(keys.status_key("plant-1", block.axis), json.dumps({"committed": committed}))
+        key, text = keys.status_key("plant-1", block.axis), json.dumps({"committed": committed})
+        session.put(key, text, congestion_control=zenoh.CongestionControl.BLOCK)  # by default a busy link drops it
 
     recordings = [f"x-1={folder}/r-1.csv", f"x-2={folder}/r-2.csv", f"x-2={folder}/r-2.csv"]
     with session.declare_subscriber(keys.samples_pattern("plant-1"), commit):

@@ -112,9 +112,9 @@ def test_a_published_scenario_arrives_and_is_acknowledged(endpoint, receiver, ca
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--scenario", "wear"], "give --scenario FILE or NAME with either --out RECORDING or --publish"),
+        (["--scenario", "wear"], "give --scenario FILE or NAME with one of --out RECORDING, --publish, --can BRIDGE"),
         (["--out", "r.csv"], "give --scenario FILE or NAME"),
-        (["--scenario", "wear", "--out", "r.csv", "--publish"], "either --out RECORDING or --publish"),
+        (["--scenario", "wear", "--out", "r.csv", "--publish"], "one of --out RECORDING, --publish, --can BRIDGE"),
         (["--scenario", "nowhere", "--out", "r.csv"], "nowhere: no such scenario file; those that come with"),
         (["--scenario", "wear", "--out", "r.csv", "--at", "3"], "--at is '3', but must be a number with its unit"),
         (["--scenario", "wear", "--out", "r.csv", "--at", "999d"], "no burst begins within --duration"),

@@ -26,7 +26,7 @@ from plant.publisher import SamplePublisher
 from plant.wire import CBOR, encode_block
 from plant.zenoh_session import open_session
 from tests.scenarios.harness import ROOT, SITE, START_NS, STEP_NS, Ear, Plant, blocks_of, burst, free_port, wait_for
-from tests.scenarios.kill9 import _query
+from tests.scenarios.kill9_account import Database
 
 SETTINGS = """
 [window]
@@ -58,9 +58,11 @@ class Account:
 
 def account(plant: Plant, epoch: int, sent: int) -> Account:
     """From the database alone: journal and gaps against the numbers that were sent."""
-    rows = _query(plant, "select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
+    rows = Database(plant.url).query("select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
     numbers = np.concatenate([np.arange(seq, seq + n) for seq, n in rows] or [np.zeros(0, dtype=int)])
-    gaps = _query(plant, "select from_seq, to_seq from gap where epoch = :epoch and missing > 0", epoch=epoch)
+    gaps = Database(plant.url).query(
+        "select from_seq, to_seq from gap where epoch = :epoch and missing > 0", epoch=epoch
+    )
     lost = np.concatenate([np.arange(first, end) for first, end in gaps] or [np.zeros(0, dtype=int)])
     told = np.union1d(numbers, lost)
     doubled = len(numbers) - len(np.unique(numbers)) + len(np.intersect1d(numbers, lost))
@@ -176,7 +178,7 @@ def publisher_restarted(folder: Path):
             with SamplePublisher(session, SITE, "axis-1") as publisher:
                 Source(publisher.put, publisher.epoch).send(2)
                 status = settled(ear, publisher.epoch, 3999)
-        epochs = [epoch for (epoch,) in _query(plant, "select distinct epoch from block order by epoch")]
+        epochs = [epoch for (epoch,) in Database(plant.url).query("select distinct epoch from block order by epoch")]
         first, second = (account(plant, epoch, 4000) for epoch in epochs)
         assert status["gaps"]["epoch"] == 1, status["gaps"]
         both = Account(8000, first.received + second.received, first.missing + second.missing,
@@ -348,7 +350,7 @@ def clock_steps(folder: Path):
         status = settled(ear, publisher.epoch, sent - 1)
         found = account(plant, publisher.epoch, sent)
         assert status["gaps"].get("pause", 0) == 2, status["gaps"]
-        rows = _query(plant, "select start_ns, end_ns from window")
+        rows = Database(plant.url).query("select start_ns, end_ns from window")
         assert all(end - start == 999 * STEP_NS for start, end in rows)  # none spans a step
         return f"{len(rows)} windows, none across a step; gaps {status['gaps']}", found
 
