@@ -213,7 +213,7 @@ def test_on_a_terminal_there_is_a_live_table(tmp_path):
     assert process.wait(60) == 0
     assert "coulomb force" in shown
     assert "95 % interval" in shown
-    assert "the scenario is over. 6 windows" in shown
+    assert re.search(r"the scenario is over\. [56] windows", shown)  # the first answer may come before we listen
     assert "Where to look next" in shown
     assert "one second here is 2 days of the machine" in shown
 
