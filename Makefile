@@ -13,6 +13,8 @@ export NUMBA_CACHE_DIR := $(CACHE)/numba
 export XDG_CACHE_HOME := $(CACHE)/xdg/cache
 export XDG_DATA_HOME := $(CACHE)/xdg/data
 export XDG_STATE_HOME := $(CACHE)/xdg/state
+export XDG_CONFIG_HOME := $(CACHE)/xdg/config
+export DASK_CONFIG := $(CACHE)/dask
 export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
 
