@@ -55,10 +55,10 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and d
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
-bench-hirobot-joints: $(VENV)/.ready-dev  ## the watch on real robot joints in which nothing was broken; wants the recordings of TRIBOWATCH_DATA
+robot-joints: $(VENV)/.ready-dev  ## the watch on real robot joints in which nothing was broken; wants the recordings of TRIBOWATCH_DATA
 	$(PY) -m tests.monitor.studies.robot
 
-story: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
+bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
 	$(PY) -m tests.benchmarks.bench_history $(ARGS)
 
 bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones
