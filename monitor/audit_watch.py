@@ -15,7 +15,7 @@ import numpy as np
 
 from monitor.drift import Finding, Kind
 from monitor.estimate import Estimate
-from monitor.windows import Samples
+from monitor.samples import Samples
 
 PASSES = 3  # windows in a row whose sign and scale could be judged; one alone may be an odd motion
 LEAP = 3.0  # ratio of drive or travel between two windows: another unit, or a very different job

@@ -15,10 +15,11 @@ from monitor.config import Config
 from monitor.drift import DriftRule, DriftState
 from monitor.estimate import Estimate
 from monitor.mismatch_watch import MismatchWatch
+from monitor.samples import GapKind, Outcome, Samples, Window, WindowRule
 from monitor.starvation import Starvation
 from monitor.store_records import AlarmRecord, AxisRecord
 from monitor.stream_clock import StreamClock
-from monitor.windows import Assembler, GapKind, Outcome, Samples, Window, WindowRule
+from monitor.windows import Assembler
 from plant.axis import Axis
 from plant.wire import Block
 

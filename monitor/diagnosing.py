@@ -10,8 +10,8 @@ from identify import diagnose
 from monitor.estimate import Estimate
 from monitor.identify_window import SOFTWARE, Job, finite, identify_window, recording_of
 from monitor.picture_values import picture_values
+from monitor.samples import Samples, Window
 from monitor.store_records import DiagnosisRecord
-from monitor.windows import Samples, Window
 from plant.axis import Axis
 from plant.errors import TribowatchError
 from plant.recording import Recording

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from monitor.windows import Window
+from monitor.samples import Window
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ import numpy as np
 
 from monitor.errors import QueryError
 from monitor.evidence_fit import FitSamples
-from monitor.windows import Samples
+from monitor.samples import Samples
 
 SCHEMA_VERSION = 1
 MANIFEST, WINDOW, README = "manifest.json", "window.csv", "README.txt"

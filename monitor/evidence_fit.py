@@ -9,7 +9,7 @@ import numpy as np
 
 from monitor.estimate import Estimate
 from monitor.identify_window import recording_of
-from monitor.windows import Samples
+from monitor.samples import Samples
 from plant.axis import Axis
 from plant.friction import StribeckFriction
 from plant.recording import Floats

@@ -11,7 +11,7 @@ from monitor.drift import DriftState, judge
 from monitor.estimate import Estimate
 from monitor.evidence import Bundle
 from monitor.identify_window import SOFTWARE, Job, identify_window
-from monitor.windows import Window, WindowId
+from monitor.samples import Window, WindowId
 
 
 def replay(bundle: Bundle) -> dict[str, Any]:

@@ -11,8 +11,9 @@ import structlog
 from monitor.axis_run import AxisRun, drift_rule, needs_stream, window_rule
 from monitor.config import Config
 from monitor.drift import DriftState
+from monitor.samples import Window
 from monitor.store import Store
-from monitor.windows import Assembler, Window
+from monitor.windows import Assembler
 from plant import keys
 from plant.axis import Axis
 from plant.errors import ParameterError

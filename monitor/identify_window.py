@@ -15,7 +15,7 @@ from identify.identification import identify_friction
 from identify.result import IdentificationResult
 from monitor.data_quality import faults_of
 from monitor.estimate import Curve, Estimate, Parameter
-from monitor.windows import Samples, Window
+from monitor.samples import Samples, Window
 from plant.axis import Axis
 from plant.recording import Floats, Recording
 

@@ -21,9 +21,9 @@ from monitor.identify_window import Job
 from monitor.laboratory import Laboratory
 from monitor.mismatch_watch import holds_in, structure_of, told
 from monitor.payloads import mismatch_payload
+from monitor.samples import Samples, Window, WindowId
 from monitor.store import Store
 from monitor.store_records import DiagnosisRecord
-from monitor.windows import Samples, Window, WindowId
 from monitor.workers import window_seed
 
 log = structlog.get_logger()

@@ -13,8 +13,8 @@ from monitor.channels import CLEAN, REFERENCES, UNEXPLAINED
 from monitor.diagnosing import finding_of, promotable
 from monitor.drift_state import DriftState
 from monitor.findings import Finding, Kind
+from monitor.samples import Window
 from monitor.store_records import DiagnosisRecord
-from monitor.windows import Window
 
 WINDOWS = 3  # diagnosed together; the last is held out
 SETTLED = 3  # windows the condition lasts before a diagnosis: all that are diagnosed show it

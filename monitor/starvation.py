@@ -5,8 +5,8 @@ from __future__ import annotations
 import collections
 from dataclasses import dataclass, field
 
+from monitor.samples import GapKind, Outcome
 from monitor.stream_clock import StreamClock
-from monitor.windows import GapKind, Outcome
 
 PATIENCE = 4  # windows' worth of samples without one complete window
 APART = 1.5  # ratio of the sample times within blocks and between them: where a segment ends

@@ -25,6 +25,7 @@ from monitor.models import (
     WindowRow,
 )
 from monitor.models_life import AxisVersionRow, EventRow
+from monitor.samples import Outcome, Samples, StreamState, Window, WindowId
 from monitor.store_alarms import AlarmStore
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
@@ -41,7 +42,7 @@ from monitor.store_rows import (
     samples_of,
     window_of,
 )
-from monitor.windows import KEPT_GAPS, Outcome, Samples, StreamState, Window, WindowId
+from monitor.windows import KEPT_GAPS
 from plant.axis import Axis
 
 AXIS_FILE = "axis file"  # the author of what a changed axis file brings

@@ -11,10 +11,10 @@ from sqlalchemy import delete, insert, select, update
 from monitor.errors import QueryError
 from monitor.models import AlarmRow, AxisRow, WindowRow
 from monitor.models_life import AxisVersionRow, DiagnosisRow, EventRow, EvidenceRow
+from monitor.samples import Window, WindowId
 from monitor.store_records import AxisRecord, DiagnosisRecord, EventRecord, VersionRecord
 from monitor.store_rows import window_of
 from monitor.store_sharing import SharingStore
-from monitor.windows import Window, WindowId
 
 
 class LifeStore(SharingStore):

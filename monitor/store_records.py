@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from monitor.alarms import Alarm, Transition
-from monitor.windows import StreamState
+from monitor.samples import StreamState
 
 
 @dataclass(slots=True)

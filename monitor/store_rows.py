@@ -9,8 +9,8 @@ import numpy as np
 
 from monitor.alarms import Alarm, State
 from monitor.estimate import Estimate, Parameter
+from monitor.samples import Gap, Samples, StreamState, Window, WindowId
 from monitor.store_records import AxisRecord
-from monitor.windows import Gap, Samples, StreamState, Window, WindowId
 
 AXIS_COLUMNS = ("samples", "missing", "last_ns", "rejected", "stream")  # what the intake moves on
 CHANNELS = ("drive", "position", "velocity", "temperature", "load")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from monitor.estimate import Curve, Estimate, Parameter
-from monitor.windows import Window, WindowId
+from monitor.samples import Window, WindowId
 
 GRID = 10.0 ** (np.arange(-16, 0) / 8)
 FASTEST = 0.5  # m/s

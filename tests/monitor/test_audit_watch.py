@@ -9,9 +9,9 @@ import pytest
 from monitor.audit_watch import PASSES, AuditWatch, Signature
 from monitor.drift import Finding, Kind
 from monitor.queries import Reader
+from monitor.samples import Gap, GapKind, Outcome, Samples
 from monitor.starvation import Starvation
 from monitor.stream_clock import StreamClock
-from monitor.windows import Gap, GapKind, Outcome, Samples
 from monitor.workers import Workers
 from plant.axis import Drive
 from plant.presets import paper_axis

@@ -18,7 +18,7 @@ from monitor.evidence import MANIFEST, WINDOW, contents, unpack
 from monitor.evidence_fit import LAW, fit_of
 from monitor.evidence_replay import replay
 from monitor.queries import Reader
-from monitor.windows import Samples
+from monitor.samples import Samples
 from plant.presets import paper_friction
 from plant.simulation import simulate
 from tests.monitor.estimates import estimate

@@ -11,9 +11,9 @@ from monitor.errors import QueryError
 from monitor.estimate import Parameter
 from monitor.queries import Reader
 from monitor.query_zenoh import answer
+from monitor.samples import Outcome, StreamState, Window, WindowId
 from monitor.store import Store
 from monitor.times import iso, parse_duration, parse_time, span
-from monitor.windows import Outcome, StreamState, Window, WindowId
 from plant.presets import paper_axis
 from tests.monitor.estimates import DAY_NS, estimate
 

@@ -20,11 +20,12 @@ from monitor.errors import DatabaseError, QueryError
 from monitor.estimate import Parameter
 from monitor.models import Base
 from monitor.queries import Reader
+from monitor.samples import WindowRule
 from monitor.schema import alembic_config, migrate
 from monitor.store import Store
 from monitor.store_records import AlarmRecord, Change, DiagnosisRecord, EventRecord, VersionRecord
 from monitor.store_roll_ups import rebuild_roll_ups
-from monitor.windows import Assembler, WindowRule
+from monitor.windows import Assembler
 from plant.presets import paper_axis
 from tests.monitor.estimates import estimate
 from tests.monitor.test_windows import STEP, run

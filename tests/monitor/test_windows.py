@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from monitor.windows import KEPT_GAPS, Assembler, GapKind, Samples, StreamState, WindowRule
+from monitor.samples import GapKind, Samples, StreamState, WindowRule
+from monitor.windows import KEPT_GAPS, Assembler
 
 STEP = 10_000_000
 RULE = WindowRule(samples=20, hop=7, sample_time_ns=STEP, patience=1.0)

@@ -15,7 +15,7 @@ import pytest
 from identify.identification import identify_friction
 from monitor.axis_run import travelling
 from monitor.identify_window import Job, identify_window, recording_of
-from monitor.windows import Samples, Window, WindowId
+from monitor.samples import Samples, Window, WindowId
 from monitor.workers import Workers, window_seed
 from plant.presets import paper_axis
 from tests.monitor.poison import HANGING, LETHAL, PoisonPool

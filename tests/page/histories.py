@@ -12,9 +12,9 @@ from monitor.drift import DriftRule, DriftState, indicators, judge
 from monitor.estimate import Parameter
 from monitor.judgement import apply
 from monitor.picture_values import picture_values
+from monitor.samples import Outcome, StreamState, Window, WindowId
 from monitor.store import Store
 from monitor.store_records import DiagnosisRecord
-from monitor.windows import Outcome, StreamState, Window, WindowId
 from plant.presets import paper_axis
 from tests.monitor.estimates import DAY_NS, LAW, estimate
 

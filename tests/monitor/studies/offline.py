@@ -17,7 +17,7 @@ from monitor.config import Config
 from monitor.drift import DriftState, Finding, judge
 from monitor.estimate import Estimate
 from monitor.identify_window import Job, identify_window
-from monitor.windows import Samples, Window, WindowId
+from monitor.samples import Samples, Window, WindowId
 from plant.axis import Axis
 from plant.recording import Recording
 from plant.scenario import Scenario

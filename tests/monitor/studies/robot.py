@@ -16,7 +16,7 @@ from monitor.axis_run import drift_rule
 from monitor.config import Config
 from monitor.drift import DriftState, judge
 from monitor.identify_window import Job, identify_window
-from monitor.windows import Samples, Window, WindowId
+from monitor.samples import Samples, Window, WindowId
 from plant.axis_file import read_axis
 from plant.recording_files import read_recording
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from monitor.estimate import Curve, Estimate, Parameter
-from monitor.windows import Window, WindowId
+from monitor.samples import Window, WindowId
 from plant.friction import StribeckFriction
 from plant.presets import paper_friction
 from tests.monitor.studies.pool import FAMILIES, POOL
