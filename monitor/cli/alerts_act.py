@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from monitor.cli.commanding import Author, Connect, Prefix, Site, give, report
-from monitor.cli.options import AsJson, ConfigFile
+from monitor.cli.commanding import Order, ordered
 
 AxisName = Annotated[str, typer.Argument(help="Name of the axis.")]
 KindName = Annotated[str, typer.Argument(help="Kind of the alarm, like wear.")]
@@ -26,37 +25,24 @@ ACTIONS = {
 def make_command(action: str, explanation: str) -> Callable[..., None]:
     """The command line of one action."""
 
-    def run(
-        axis: AxisName,
-        kind: KindName,
-        author: Author = None,
-        config: ConfigFile = None,
-        connect: Connect = None,
-        site: Site = "plant-1",
-        prefix: Prefix = "tribowatch",
-        as_json: AsJson = False,
-    ) -> None:
-        done = give(action, axis, {"kind": kind}, author, config, connect, site, prefix)
-        report(done, _words(done), as_json)
+    def run(order: Order, axis: AxisName, kind: KindName) -> None:
+        done = order.give(action, axis, {"kind": kind})
+        order.report(done, _words(done))
 
     run.__doc__ = explanation
-    return run
+    return ordered(run)
 
 
+@ordered
 def shelve_command(
+    order: Order,
     axis: AxisName,
     kind: KindName,
     for_time: Annotated[str, typer.Option("--for", help="How long, like 8h, 2d.")],
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Put the alarm of KIND of AXIS aside for a time; then it shows what is true then."""
-    done = give("shelve", axis, {"kind": kind, "for": for_time}, author, config, connect, site, prefix)
-    report(done, _words(done), as_json)
+    done = order.give("shelve", axis, {"kind": kind, "for": for_time})
+    order.report(done, _words(done))
 
 
 def _words(done: dict[str, Any]) -> str:

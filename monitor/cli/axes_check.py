@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from monitor.cli.axes_init import Judged, judged_to_dict, show_judged
-from monitor.cli.options import AsJson
-from monitor.cli.replay import ENDPOINT
+from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, StreamSite
 from plant.errors import InputError, ReachError
 
 if TYPE_CHECKING:
@@ -24,12 +23,9 @@ def axes_check_command(
     ] = None,
     stream: Annotated[bool, typer.Option("--stream", help="Check the live stream instead.")] = False,
     seconds: Annotated[float, typer.Option(help="How many seconds to listen to the stream.")] = 20.0,
-    connect: Annotated[
-        list[str] | None,
-        typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
-    ] = None,
-    site: Annotated[str, typer.Option(help="Site in the key of the stream.")] = "plant-1",
-    prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
+    connect: Endpoints = None,
+    site: StreamSite = "plant-1",
+    prefix: StreamPrefix = "tribowatch",
     as_json: AsJson = False,
 ) -> None:
     """Check sign, unit and scale of recordings or of the live stream, and whether the motion is good enough."""

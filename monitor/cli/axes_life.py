@@ -6,13 +6,15 @@ from typing import Annotated
 
 import typer
 
-from monitor.cli.commanding import Author, Connect, Prefix, Site, give, report
+from monitor.cli.commanding import Order, ordered
 from monitor.cli.options import AsJson, ConfigFile, StateDir, open_history
 
 AxisName = Annotated[str, typer.Argument(help="Name of the axis.")]
 
 
+@ordered
 def event_command(
+    order: Order,
     axis: AxisName,
     text: Annotated[str, typer.Argument(help='What was done, like "relubricated".')],
     kind: Annotated[str, typer.Option(help="Kind of event: maintenance, lubrication, repair, ...")] = "maintenance",
@@ -22,99 +24,73 @@ def event_command(
     new_baseline: Annotated[
         bool, typer.Option("--new-baseline", help="The axis is another one now: learn its friction anew.")
     ] = False,
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Note what was done to AXIS; it shows in the trend, and with --new-baseline the watch learns anew."""
     arguments = {"text": text, "kind": kind, "new_baseline": new_baseline, **({"at": at} if at else {})}
-    done = give("event", axis, arguments, author, config, connect, site, prefix)
+    done = order.give("event", axis, arguments)
     anew = "; its baseline is learned anew" if done["new_baseline"] else ""
-    report(done, f"{axis}: noted at {done['at'][:19]}Z{anew}", as_json)
+    order.report(done, f"{axis}: noted at {done['at'][:19]}Z{anew}")
 
 
+@ordered
 def relearn_command(
+    order: Order,
     axis: AxisName,
     why: Annotated[str, typer.Option(help="Why; goes into the events.")] = "learn anew",
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Forget the baseline of AXIS; its next informative windows make a new one."""
-    done = give("relearn", axis, {"text": why}, author, config, connect, site, prefix)
-    report(done, f"{axis}: its baseline is learned anew from {done['at'][:19]}Z on", as_json)
+    done = order.give("relearn", axis, {"text": why})
+    order.report(done, f"{axis}: its baseline is learned anew from {done['at'][:19]}Z on")
 
 
 EffectName = Annotated[str, typer.Argument(help="Name of the effect, as a diagnosis gives it: rail_defect, ...")]
 
 
+@ordered
 def promote_command(
+    order: Order,
     axis: AxisName,
     effect: EffectName,
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Make EFFECT part of the model of AXIS: its size is identified with every window and watched from now on."""
-    done = give("promote", axis, {"effect": effect}, author, config, connect, site, prefix)
-    report(done, f"{axis}: version {done['version']} of its model has {', '.join(done['effects'])}", as_json)
+    done = order.give("promote", axis, {"effect": effect})
+    order.report(done, f"{axis}: version {done['version']} of its model has {', '.join(done['effects'])}")
 
 
+@ordered
 def demote_command(
+    order: Order,
     axis: AxisName,
     effect: EffectName,
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Take EFFECT out of the model of AXIS again."""
-    done = give("demote", axis, {"effect": effect}, author, config, connect, site, prefix)
+    done = order.give("demote", axis, {"effect": effect})
     has = ", ".join(done["effects"]) or "no effect"
-    report(done, f"{axis}: version {done['version']} of its model has {has}", as_json)
+    order.report(done, f"{axis}: version {done['version']} of its model has {has}")
 
 
+@ordered
 def rename_command(
+    order: Order,
     axis: AxisName,
     to: Annotated[str, typer.Argument(help="Its new name.")],
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Give AXIS another name; its whole history goes with it."""
-    done = give("rename", axis, {"to": to}, author, config, connect, site, prefix)
-    report(done, f"{axis} is {to} now" + (f"; {done['note']}" if done["note"] else ""), as_json)
+    done = order.give("rename", axis, {"to": to})
+    order.report(done, f"{axis} is {to} now" + (f"; {done['note']}" if done["note"] else ""))
 
 
+@ordered
 def delete_command(
+    order: Order,
     axis: AxisName,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
-    author: Author = None,
-    config: ConfigFile = None,
-    connect: Connect = None,
-    site: Site = "plant-1",
-    prefix: Prefix = "tribowatch",
-    as_json: AsJson = False,
 ) -> None:
     """Delete AXIS with its whole history: samples, estimates, alarms, audit, evidence. Not for a listed axis."""
     if not yes:
         typer.confirm(f"Delete axis {axis} with its whole history? It cannot be brought back.", abort=True, err=True)
-    done = give("delete", axis, {}, author, config, connect, site, prefix)
-    report(done, f"{axis}: deleted ({done['samples']} samples had been received)", as_json)
+    done = order.give("delete", axis, {})
+    order.report(done, f"{axis}: deleted ({done['samples']} samples had been received)")
 
 
 def events_command(

@@ -39,6 +39,16 @@ StateDir = Annotated[
     ),
 ]
 
+ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
+Endpoints = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--connect", help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False
+    ),
+]
+StreamSite = Annotated[str, typer.Option("--site", help="Site in the key of the stream.")]
+StreamPrefix = Annotated[str, typer.Option("--prefix", help="Prefix of the key.")]
+
 
 def open_history(config_file: Path | None, state_dir: Path | None) -> Reader:
     """The history to read: of --state-dir, else of what --config says, else of the folder `var`. Close it.

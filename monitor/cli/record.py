@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from monitor.cli.options import AsJson
+from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, StreamSite
 from plant.errors import InputError
 
 if TYPE_CHECKING:
     from plant.record_zenoh import Recorded
-
-ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
 
 
 def record_command(
@@ -28,12 +26,9 @@ def record_command(
     roll_minutes: Annotated[float, typer.Option(help="Begin a new file after so many minutes of event time.")] = 60.0,
     roll_megabytes: Annotated[float, typer.Option(help="Begin a new file after so much payload. [MB]")] = 64.0,
     duration: Annotated[float | None, typer.Option(help="Stop after so many seconds.", show_default=False)] = None,
-    connect: Annotated[
-        list[str] | None,
-        typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
-    ] = None,
-    site: Annotated[str, typer.Option(help="Site in the key of the stream.")] = "plant-1",
-    prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
+    connect: Endpoints = None,
+    site: StreamSite = "plant-1",
+    prefix: StreamPrefix = "tribowatch",
     as_json: AsJson = False,
 ) -> None:
     """Record live streams to files that replay, identify and diagnose read back, to the sample."""

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from monitor.cli.options import AsJson
+from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, StreamSite
 from plant.errors import InputError, ReachError
 
 if TYPE_CHECKING:
     from plant.axis import Axis
     from plant.recording import Recording
     from plant.replay import ReplayResult, Track
-
-ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
 
 
 def replay_command(
@@ -33,12 +31,9 @@ def replay_command(
     ] = None,
     speed: Annotated[str, typer.Option(help="Times real time; 0 or max: as fast as the daemon acknowledges.")] = "1",
     repeat: Annotated[int, typer.Option(help="How often the whole is played.")] = 1,
-    connect: Annotated[
-        list[str] | None,
-        typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
-    ] = None,
-    site: Annotated[str, typer.Option(help="Site in the key of the stream.")] = "plant-1",
-    prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
+    connect: Endpoints = None,
+    site: StreamSite = "plant-1",
+    prefix: StreamPrefix = "tribowatch",
     start: Annotated[
         str | None,
         typer.Option(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from monitor.cli.options import AsJson
+from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, StreamSite
 from plant.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 DEFAULT_PACE = 5.0  # bursts per second when publishing: half a year at two bursts a day in 72 s
 LEASH = 100_000  # samples on their way unacknowledged: less than the publisher's cache, so that none is lost
 STALL = 5.0  # s without news, after which nobody is waited for
-ENDPOINT = "tcp/127.0.0.1:7447"  # where a daemon listens by default
 
 
 def simulate_command(
@@ -40,12 +39,9 @@ def simulate_command(
         Path | None,
         typer.Option(help="Play a CiA 402 drive on the bus of this bridge file instead.", show_default=False),
     ] = None,
-    connect: Annotated[
-        list[str] | None,
-        typer.Option(help=f"Zenoh endpoint of the daemon; may be repeated. Default {ENDPOINT}.", show_default=False),
-    ] = None,
-    site: Annotated[str, typer.Option(help="Site in the key of the stream.")] = "plant-1",
-    prefix: Annotated[str, typer.Option(help="Prefix of the key.")] = "tribowatch",
+    connect: Endpoints = None,
+    site: StreamSite = "plant-1",
+    prefix: StreamPrefix = "tribowatch",
     speed: Annotated[
         float | None, typer.Option(help="Time-lapse: event seconds per second, 1 = real time.", show_default=False)
     ] = None,
