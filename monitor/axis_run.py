@@ -46,6 +46,7 @@ class AxisRun:
         gaps: breaks of the stream by kind, ever.
         delay: from the arrival of the latest message to its turn. [s]
         completed: when each window of `order` was complete, on the monotonic clock, in the same order. [s]
+        left_out: windows that were complete and yet left out when the hop was stretched, since the start.
         told: when its status was published. [s]
         visited: when its turn was in the rounds. [s]
         pruned: when its journal was tidied up. [s]
@@ -73,6 +74,7 @@ class AxisRun:
     gaps: collections.Counter[str] = field(default_factory=collections.Counter)
     delay: float = 0.0
     completed: collections.deque[float] = field(default_factory=collections.deque)
+    left_out: int = 0
     told: float = -math.inf
     visited: float = -math.inf
     pruned: float = -math.inf
@@ -93,6 +95,20 @@ class AxisRun:
         self.waiting.append((row, window))
         self.order.append(row)
         self.completed.append(now)
+
+    def leave_out(self, every: int) -> list[int]:
+        """Keep the newest window that waits for a worker, and each `every`-th before it; rows of the others."""
+        waiting = list(self.waiting)
+        kept = waiting[::-1][::every][::-1]
+        out = {row for row, _ in waiting} - {row for row, _ in kept}
+        if not out:
+            return []
+        lined_up = [pair for pair in zip(self.order, self.completed, strict=True) if pair[0] not in out]
+        self.waiting = collections.deque(kept)
+        self.order = collections.deque(row for row, _ in lined_up)
+        self.completed = collections.deque(at for _, at in lined_up)
+        self.left_out += len(out)
+        return sorted(out)
 
     def next_answer(self) -> tuple[int, Estimate] | None:
         """The answer to the oldest window, if it is there."""

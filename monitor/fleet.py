@@ -40,7 +40,7 @@ class Fleet:
         """
         self._config, self._store, self._owns = config, store, owns
         self.unknown_keys = 0
-        self.complete = 0  # windows of live axes, ever
+        self.usual = 0.0  # windows that live axes would have completed with the usual hop, ever
         self.ready: collections.deque[AxisRun] = collections.deque()  # with windows for the workers, in turn
         self.runs = self._take_up(axes, now)
         self._strangers = sum(run.axis is None for run in self.runs.values())
@@ -74,10 +74,19 @@ class Fleet:
     def line_up(self, run: AxisRun, row: int, window: Window, now: float) -> None:
         """A window is complete at monotonic time `now` [s]: it waits for its axis' turn."""
         run.wait_for_answer(row, window, now)
-        self.complete += not run.clock.waits
         if not run.queued:
             run.queued = True
             self.ready.append(run)
+
+    def count(self, run: AxisRun, samples: int) -> None:
+        """So many samples of an axis were taken."""
+        if run.assembler is not None and not run.clock.waits:
+            self.usual += samples / run.assembler.rule.hop
+
+    def thin(self, factor: int) -> dict[int, list[int]]:
+        """Leave out what waits on live axes and a hop stretched by `factor` would not have made; rows by axis id."""
+        live = [run for run in self if not run.clock.waits]
+        return {run.record.id: rows for run in live if (rows := run.leave_out(factor))}
 
     def stretch(self, factor: int) -> None:
         """Begin only every `factor`-th window on live axes; a replay has time to wait."""

@@ -1,8 +1,9 @@
 """When identification cannot keep up: by how much every hop is stretched, evenly over all live axes. Pure.
 
-Windows of a stretched hop are every k-th of the usual ones, so none is new, some are left out. The factor follows from
-what comes and what is answered; it grows when the oldest window waits for longer than allowed, and goes back as soon as
-the answers would keep up with less. A replay (more event time than wall time) has time to wait and is never stretched.
+Windows of a stretched hop are every k-th of the usual ones, so none is new, some are left out; of those that wait
+already the same share goes, or working them off would take far longer than the overload. The factor follows from what
+comes and what is answered; it grows when the oldest window waits for longer than allowed, and goes back as soon as the
+answers would keep up with less. A replay (more event time than wall time) has time to wait and is never stretched.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ class Load:
     """What has happened since the last look.
 
     Attributes:
-        complete: windows of live axes that became complete. [1]
+        usual: windows that live axes would have completed with the usual hop. [1]
         answered: windows of any axis that were answered. [1]
         lag: how long the oldest window of a live axis has waited for its answer. [s]
         waiting: windows without an answer. [1]
     """
 
-    complete: int
+    usual: float
     answered: int
     lag: float
     waiting: int
@@ -70,7 +71,7 @@ class Pacer:
         seconds = min(max(now - self._looked, 0.1), 10.0) if math.isfinite(self._looked) else 1.0
         self._looked = now
         keep = MEMORY**seconds
-        self.coming = keep * self.coming + (1 - keep) * load.complete * self.factor / seconds
+        self.coming = keep * self.coming + (1 - keep) * load.usual / seconds
         if load.waiting > load.answered or load.answered / seconds > self.going:  # else they had not enough to do
             self.going = keep * self.going + (1 - keep) * load.answered / seconds
 

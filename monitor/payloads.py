@@ -111,6 +111,7 @@ def status_payload(config: Config, run: AxisRun, now: float, wall_ns: int, *, ke
         "hop": {
             "samples": run.assembler.rule.hop * run.assembler.stretch if run.assembler else None,
             "stretched": run.assembler.stretch if run.assembler else 1,
+            "left_out": run.left_out,
         },
         "clock": run.clock.to_dict(),
         "audit": {"state": run.audit.state, "refused": run.audit.finding},

@@ -113,6 +113,7 @@ class Reception:
         for record, row, window in self._store.commit(batch):
             self._fleet.line_up(by_id[record.id], row, window, now)
         for (_, out), run in zip(batch, dirty, strict=True):
+            self._fleet.count(run, sum(len(part) for part in out.accepted))
             run.untidy |= bool(out.gaps)  # the end of a segment may leave samples that no window will take
             if out.accepted:
                 self._acknowledge(run)

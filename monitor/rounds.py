@@ -49,7 +49,7 @@ class Rounds:
         self._started = self._looked = clock()
         self._turns: collections.deque[AxisRun] = collections.deque()
         self._pacer = Pacer(config.identification.max_lag_seconds)
-        self._counted = (0, 0)
+        self._counted = (0.0, 0)
 
     def turn(self, now: float) -> None:
         """Visit the axes whose turn has come at monotonic time `now` [s]."""
@@ -103,14 +103,18 @@ class Rounds:
         if now - self._looked < STATUS_SECONDS:
             return
         self._looked = now
-        complete, answered = self._fleet.complete - self._counted[0], dispatch.answered - self._counted[1]
-        self._counted = self._fleet.complete, dispatch.answered
+        usual, answered = self._fleet.usual - self._counted[0], dispatch.answered - self._counted[1]
+        self._counted = self._fleet.usual, dispatch.answered
         lag, backlog, before = lag_of(self._fleet, now), self._fleet.backlog, self._pacer.factor
-        factor = self._pacer.look(Load(complete, answered, lag, backlog), now)
+        factor = self._pacer.look(Load(usual, answered, lag, backlog), now)
         self._fleet.stretch(factor)
+        left_out = self._fleet.thin(factor) if factor > before else {}
+        if left_out:
+            self._store.leave_out(left_out)
         if factor != before:
             log.warning(
                 "identification cannot keep up, the hop is stretched" if factor > before else "the hop shrinks again",
                 every=factor, before=before, lag_seconds=round(lag, 1), backlog=backlog,
+                left_out=sum(map(len, left_out.values())),
                 windows_coming_per_second=round(self._pacer.coming, 2), answered_per_second=round(self._pacer.going, 2),
             )  # fmt: skip

@@ -7,7 +7,7 @@ Not safe for threads: it belongs to the supervising thread. Readers use `queries
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import Connection, bindparam, delete, func, insert, or_, select, true, update
@@ -145,6 +145,13 @@ class Store(AlarmStore, LifeStore):
             if batch:
                 db.execute(_UPDATE_AXIS, [axis_row(axis) for axis, _ in batch])
         return windows
+
+    def leave_out(self, windows: Mapping[int, Sequence[int]]) -> None:
+        """Forget complete windows that will not be identified, row ids by axis id; their samples stay as before."""
+        rows = [{"row": row} for group in windows.values() for row in group]
+        with self._write() as db:
+            self._fence(db, list(windows))
+            db.execute(delete(WindowRow).where(WindowRow.id == bindparam("row"), WindowRow.done.is_(False)), rows)
 
     def pending(self) -> list[tuple[int, int, Window]]:
         """(row id, axis id, window) of every complete window without an answer, oldest first."""

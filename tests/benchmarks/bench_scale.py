@@ -23,7 +23,7 @@ SETTINGS = """
 samples = 1000
 hop = 500
 [drift]
-baseline_windows = 5
+baseline_windows = 8
 [log]
 format = "json"
 """
@@ -126,16 +126,18 @@ def quantiles(values) -> list[float] | None:
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--axes", default="1,10,100,1000")
-    options.add_argument("--seconds", type=float, default=100.0)
-    options.add_argument("--long", type=float, default=300.0, help="seconds for 1000 axes and more")
+    options.add_argument("--seconds", type=float, default=160.0)
+    options.add_argument("--long", type=float, default=420.0, help="seconds for 1000 axes and more")
     options.add_argument("--hop", type=int, default=500, help="samples from one window to the next")
+    options.add_argument("--long-hop", type=int, default=500, help="the same for 1000 axes and more")
     chosen = options.parse_args()
     rows = []
     for count in map(int, chosen.axes.split(",")):
+        seconds, hop = (chosen.long, chosen.long_hop) if count >= 1000 else (chosen.seconds, chosen.hop)
         with tempfile.TemporaryDirectory() as folder:
             corridor = cost(Path(folder), count, max(10, 3000 // count))
         with tempfile.TemporaryDirectory() as folder:
-            rows.append(measure(count, chosen.long if count >= 1000 else chosen.seconds, Path(folder), chosen.hop))
+            rows.append(measure(count, seconds, Path(folder), hop))
         rows[-1]["corridor_cpu_ms_per_axis_second"] = round(1e3 * corridor, 3)
         sys.stdout.write(json.dumps(rows[-1]) + "\n")
         sys.stdout.flush()

@@ -28,7 +28,10 @@ def simulate(pacer, coming, able, seconds, state=None):
         done = min(len(waiting), int(spare))
         spare -= done
         waiting = waiting[done:]
-        pacer.look(Load(new, done, second - waiting[0] if waiting else 0.0, len(waiting)), float(second))
+        before = pacer.factor
+        pacer.look(Load(coming, done, second - waiting[0] if waiting else 0.0, len(waiting)), float(second))
+        if pacer.factor > before:
+            waiting = waiting[:: -pacer.factor][::-1]
         factors.append(pacer.factor)
     return factors, (waiting, credit, spare, begun + seconds)
 
@@ -106,6 +109,10 @@ def test_a_daemon_that_falls_behind_says_so_everywhere_and_treats_all_axes_alike
     assert hops["axis-1"] == hops["axis-2"]
     assert hops["axis-1"]["stretched"] > 1
     assert bench.heard("status")[-1]["lag"]["windows_seconds"] > 1.0
+    left_out = [one["hop"]["left_out"] for one in bench.heard("status")[-2:]]
+    assert left_out[0] == left_out[1] > 0
+    waiting = {name: run.order for name, run in bench.pipeline.runs.items()}
+    assert sorted(row for row, *_ in bench.store.pending()) == sorted(row for rows in waiting.values() for row in rows)
     for _ in range(30):
         bench.finish()
         bench.step()
