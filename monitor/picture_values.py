@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from monitor import report_figures
-from monitor.report_figures import Figure
+from monitor.report_heat import READING, grid_figure, grid_words
 
 if TYPE_CHECKING:
-    from identify.mismatch.pictures import Halves, Pictures
+    from identify.mismatch.grids import Grid
+    from identify.mismatch.maps import Halves
+    from identify.mismatch.pictures import Pictures
 
 DIGITS = 4  # significant, of what is only looked at
+COLOURS = 3  # significant digits of what is shown as a colour
 MOST = 800  # points of the predictions that are kept
 
 
@@ -38,6 +41,7 @@ def picture_values(pictures: Pictures) -> dict[str, Any]:
             }
             for one in pictures.maps
         ],
+        "grids": [_grid(one) for one in pictures.grids],
         "accrual": None if accrual is None else {
             name: _plain(getattr(accrual, name)) for name in ("seconds", "running", "position", "gained")
         },
@@ -60,7 +64,8 @@ def figures_of(values: dict[str, Any] | None, location: dict[str, Any] | None) -
     """
     if not values:
         return []
-    from identify.mismatch.pictures import Accrual, Map, Prediction
+    from identify.mismatch.maps import Map
+    from identify.mismatch.pictures import Accrual, Prediction
     from identify.mismatch.result import Location
 
     force, length = values["force_unit"], values["position_unit"]
@@ -69,7 +74,9 @@ def figures_of(values: dict[str, Any] | None, location: dict[str, Any] | None) -
         fields = {field.name for field in dataclasses.fields(Location)}
         known = {name: value for name, value in location.items() if name in fields}
         where = Location(**{**known, "interval": tuple(location["interval"])})
-    found = [
+    grids = [_grid_of(one) for one in values.get("grids", [])]  # older diagnoses have none
+    found = [(grid_words(one), grid_figure(one, force, where)) for one in grids]
+    found += [
         (
             f"Along {one['coordinate'].replace('_', ' ')}",
             report_figures.map_figure(
@@ -98,11 +105,10 @@ def figures_of(values: dict[str, Any] | None, location: dict[str, Any] | None) -
         None if seen["after"] is None else _array(seen["after"]),
     )
     found.append(("One-second predictions of unseen data", report_figures.prediction_figure(prediction, length)))
-    return [_entry(title, figure) for title, figure in found]
-
-
-def _entry(title: str, figure: Figure) -> dict[str, Any]:
-    return {"title": title, "figure": figure}
+    entries: list[dict[str, Any]] = [{"title": title, "figure": figure} for title, figure in found]
+    if grids:
+        entries[0]["note"] = READING
+    return entries
 
 
 def _halves(one: Halves) -> dict[str, Any]:
@@ -110,9 +116,39 @@ def _halves(one: Halves) -> dict[str, Any]:
 
 
 def _halves_of(values: dict[str, Any]) -> Halves:
-    from identify.mismatch.pictures import Halves
+    from identify.mismatch.maps import Halves
 
     return Halves(*(_array(values[name]) for name in ("even", "odd", "rms")))
+
+
+def _grid(one: Grid) -> dict[str, Any]:
+    """A grid without its edges' repetition: they are equally far apart."""
+    return {
+        "other": one.other,
+        "unit": one.unit,
+        "length": one.length,
+        "position": [float(one.position[0]), float(one.position[-1])],
+        "edges": [float(one.edges[0]), float(one.edges[-1])],
+        "count": one.count.tolist(),
+        "before": [_plain(row, COLOURS) for row in one.before],
+        "after": None if one.after is None else [_plain(row, COLOURS) for row in one.after],
+    }
+
+
+def _grid_of(values: dict[str, Any]) -> Grid:
+    from identify.mismatch.grids import Grid
+
+    count = np.array(values["count"], dtype=np.int64)
+    return Grid(
+        values["other"],
+        values["unit"],
+        values["length"],
+        np.linspace(values["position"][0], values["position"][1], count.shape[1] + 1),
+        np.linspace(values["edges"][0], values["edges"][1], count.shape[0] + 1),
+        count,
+        np.array([_array(row) for row in values["before"]]),
+        None if values["after"] is None else np.array([_array(row) for row in values["after"]]),
+    )
 
 
 def _plain(values: np.ndarray, digits: int = DIGITS) -> list[float | None]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from monitor import report_figures as figures
 from monitor.report_body import WORDY, Body, number, recordings_section, shown_quantity, words
 from monitor.report_figures import show_unit
+from monitor.report_heat import READING, grid_figure, grid_words
 
 if TYPE_CHECKING:
     from identify.mismatch.pictures import Pictures
@@ -73,7 +74,7 @@ def _head(body: Body, found: Diagnosis) -> None:
 
 def _place(location: Location, length: str) -> str:
     """The interval of a location with its unit."""
-    from identify.mismatch.pictures import unit_of
+    from identify.mismatch.maps import unit_of
 
     low, high = location.interval
     unit = show_unit(unit_of(location.coordinate, length))
@@ -112,6 +113,11 @@ def _evidence(body: Body, found: Diagnosis, pictures: Pictures) -> None:
     )
     if not pictures.maps:
         body.text("With the sensor at the motor of a soft transmission the force cannot be read back from the motion.")
+    if pictures.grids:
+        body.text(READING, "note")
+    for grid in pictures.grids:
+        body.heading(grid_words(grid))
+        body.figure(grid_figure(grid, body.force, found.location), f"residual force over position and {grid.other}")
     for coordinate, drawn in figures.pictures_figures(pictures, found.location):
         body.heading(f"Along {words(coordinate)}")
         body.figure(drawn, f"residual force along {words(coordinate)}")

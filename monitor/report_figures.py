@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from identify.mismatch.pictures import Accrual, Halves, Map, Pictures, Prediction
+    from identify.mismatch.maps import Halves, Map
+    from identify.mismatch.pictures import Accrual, Pictures, Prediction
     from identify.mismatch.result import Hidden, Location
     from plant.recording import Recording
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
+from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
@@ -54,7 +55,7 @@ class Conclusion:
     setting: Setting
     selection: Selection
     ways: list[Guise]
-    progress: Callable[[str], None]
+    progress: Tell
 
     @cached_property
     def spread(self) -> Uncertainty:
@@ -72,7 +73,7 @@ class Conclusion:
     @cached_property
     def left(self) -> list[Structure]:
         """Nameless structure beside the chosen effects, the most evident first."""
-        self.progress("what is left")
+        self.progress(Doing(Stage.CONCLUSION, "what is left"))
         chosen = self.selection.chosen
         suspicious = not self.selection.steps and chosen.latent_force > CLEAN * chosen.dry_level
         return structures(chosen, self.evidence.held_out, suspicious=suspicious)
@@ -132,7 +133,7 @@ class Conclusion:
             wanted += [location.coordinate, *location.alternatives]
         different: tuple[Change, ...] = ()
         if evidence.before is not None:
-            self.progress("changes since commissioning")
+            self.progress(Doing(Stage.CONCLUSION, "changes since commissioning"))
             different = changes_since(chosen, evidence.before, (evidence.train, evidence.held_out))
             explanation += words.changed(different)
         recorded = native(self.recordings, self.axis, evidence)
@@ -174,7 +175,7 @@ class Conclusion:
         self, chosen: Fit, alternatives: tuple[tuple[str, ...], ...]
     ) -> tuple[tuple[tuple[str, ...], ...], tuple[Experiment, ...]]:
         """The alternatives that a fit cannot tell apart either, and the motions that would."""
-        self.progress("next experiment")
+        self.progress(Doing(Stage.CONCLUSION, "next experiment"))
         rivals = rivals_of(chosen, alternatives, self.selection.rivals, self.ways)
         tied_still = still_tied(rivals, alternatives)
         closed = self.recordings[-1].loop == "closed"
@@ -211,7 +212,7 @@ class Conclusion:
         found = []
         for step in self.selection.steps:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
-            self.progress(f"share of {guise.name}")
+            self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(self.selection.steps) > 1 else self.selection.baseline
             lacking = unexplained(rest.problem, rest.x, self.evidence.train)
             share = 0.0

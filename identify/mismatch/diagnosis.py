@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from identify.mismatch.compare import Fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import digest, gather
 from identify.mismatch.guise import guises
+from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
 from identify.mismatch.select import select
@@ -34,7 +35,7 @@ def diagnose(
     axis: Axis,
     *,
     seed: int = 0,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Tell = unheard,
 ) -> Diagnosis:
     """Say whether the baseline model leaves physics out, which, how big, and what else it could be.
 
@@ -43,7 +44,7 @@ def diagnose(
             they are repeats with other excitation, the last of which is held out.
         axis: what the commissioning engineer knows.
         seed: of the search.
-        progress: told what is being tried.
+        progress: told what is being done, before each step.
 
     Raises:
         InputError: no recording.
@@ -58,7 +59,7 @@ def diagnose(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
-    progress("baseline")
+    progress(Doing(Stage.BASELINE, "baseline"))
     evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, seed)
     reason = _too_little(baseline, evidence.train)
     if reason is not None:

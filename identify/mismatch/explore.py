@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from identify.mismatch.compare import Comparison, Fit, compare, fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import acting_force, effect_force
+from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rules import BIC, Step, price, refusal
 from identify.mismatch.score import Lead, extend, leads
 from identify.mismatch.wandering import wanders
@@ -45,11 +45,16 @@ def explore(
     current: Fit,
     guises: list[Guise],
     unseen: Samples,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Tell = unheard,
     most: int = REFITS,
+    stage: Stage = Stage.SEARCH,
 ) -> list[Step]:
     """Refit the most promising of `guises` on top of `current`, judged; best information criterion first."""
-    steps = [_refit(current, candidate, unseen, progress) for candidate in shortlist(current, guises, most)]
+    candidates = shortlist(current, guises, most)
+    steps: list[Step] = []
+    for number, candidate in enumerate(candidates):
+        progress(Doing(stage, candidate.guise.name, number, len(candidates)))
+        steps.append(_refit(current, candidate, unseen))
     steps.sort(key=lambda step: price(step.fit))
     fresh = next((step for step in steps if step.refused is None), None)
     if fresh is None:
@@ -91,10 +96,9 @@ def _outlooks(current: Fit) -> list[Floats]:
     return [*chosen, gains[:, weaker[-1]] if len(weaker) else gains[:, 0]]
 
 
-def _refit(current: Fit, candidate: Candidate, unseen: Samples, progress: Callable[[str], None]) -> Step:
+def _refit(current: Fit, candidate: Candidate, unseen: Samples) -> Step:
     """Fit `candidate` on top of `current` from the distorted baseline and from a textbook one, and judge it."""
     guise = candidate.guise
-    progress(guise.name)
     problem, x = extend(current, guise, np.array(candidate.starts))
     seen = np.array(candidate.gains).T
     _shrink(problem, x, guise, seen)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from identify.mismatch.compare import Fit, compare, fit
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
+from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import BIC, LESSER, Step, best_of, clock_shift, price
 from identify.preprocess import Samples
 
@@ -48,9 +48,7 @@ class Selection:
     shift: bool = False
 
 
-def select(
-    baseline: Fit, guises: list[Guise], unseen: Samples, progress: Callable[[str], None] = lambda _: None
-) -> Selection:
+def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell = unheard) -> Selection:
     """Add effects one by one while one earns its name, then try to swap and to drop each."""
     selection = Selection(baseline, baseline)
     while len(selection.steps) < MOST_EFFECTS:
@@ -73,7 +71,7 @@ def select(
     return selection
 
 
-def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Callable[[str], None]) -> None:
+def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
     """Put each effect to the test once the others are in: is it still needed, and is it still it and not a twin?
 
     A first name is chosen while the others are missing, and then shaped by what it stands in for.
@@ -83,7 +81,7 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name}
         taken = {s.guise.name for s in selection.steps if s is not step}
         offered = [guise for guise in guises if guise.name in twins - taken]
-        steps = [s for s in explore(rest, offered, unseen, progress, AGAIN) if s.refused is None]
+        steps = [s for s in explore(rest, offered, unseen, progress, AGAIN, Stage.TEST) if s.refused is None]
         if not steps:
             if compare(rest, selection.chosen, unseen).bic < BIC:  # a worse fit of the same, but needed it is
                 continue

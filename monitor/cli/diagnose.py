@@ -40,7 +40,7 @@ def diagnose_command(
 
         check_folder(report)
     with Working("diagnosing", silent=as_json) as progress:
-        found = diagnose(data, described, seed=seed, progress=progress.say)
+        found = diagnose(data, described, seed=seed, progress=progress.hear)
     if report is not None:
         from monitor.report_file import write_report
 

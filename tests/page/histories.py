@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.mismatch.pictures import Accrual, Halves, Map, Pictures, Prediction
+from identify.mismatch.grids import Grid
+from identify.mismatch.maps import Halves, Map
+from identify.mismatch.pictures import Accrual, Pictures, Prediction
 from monitor.alarms import AlarmRule
 from monitor.drift import DriftRule, DriftState, indicators, judge
 from monitor.estimate import Parameter
@@ -85,6 +87,7 @@ def write_diagnosis(store, axis):
     t = np.arange(400) * 0.01
     pictures = Pictures(
         maps=(Map("position", "m", middle, before, noise[1]),),
+        grids=(grid(),),
         accrual=Accrual(t, np.linspace(0, 300, 400), middle, bump),
         prediction=Prediction(t, np.repeat([0, 1, 2, 3], 100), np.sin(t), 1e-3 * np.cos(t), 1e-4 * np.cos(t)),
         tried=(), screened=(), friction={}, samples={"fitted": 400, "unseen": 400}, sample_time=0.01,
@@ -95,6 +98,15 @@ def write_diagnosis(store, axis):
     last = record.last_ns
     seen = DiagnosisRecord(last, START_NS, last, "explained", result, [[1, 0, SAMPLES]], 0, "0.1.0", 4.2)
     return store.add_diagnosis(record.id, seen)
+
+
+def grid():
+    """A rail defect over position and velocity; the corners were never visited."""
+    across, along = np.linspace(0.0, 2.0, 41), np.linspace(-0.4, 0.4, 21)
+    x, v = np.meshgrid(0.5 * (across[1:] + across[:-1]), 0.5 * (along[1:] + along[:-1]))
+    visited = np.abs(v) < 0.4 * np.sqrt(np.clip(1.0 - (x - 1.0) ** 2, 0.0, 1.0))
+    force = np.where(visited, 30.0 * np.sign(v) * np.exp(-(((x - 0.62) / 0.04) ** 2)), np.nan)
+    return Grid("velocity", "m/s", "m", across, along, np.where(visited, 9, 0), force, 0.02 * force)
 
 
 def write_history(path, *, worn=("axis-2",), healthy=("axis-1",), windows=80):

@@ -63,7 +63,7 @@ function rivals(found) {
 function charts(found) {
   const drawn = (found.figures ?? []).map((one) => ({ ...one, place: place(one.figure.layout.height) }));
   if (!drawn.length) return { section: null, start: () => {} };
-  const section = [el('h2', {}, 'Evidence: the force the model does not explain'), drawn.map((one) => [el('h3', {}, one.title), one.place])];
+  const section = [el('h2', {}, 'Evidence: the force the model does not explain'), drawn.map((one) => [el('h3', {}, one.title), one.note ? el('p', { class: 'soft' }, one.note) : null, one.place])];
   return { section, start: () => drawn.forEach((one) => draw(one.place, one.figure, one.title)) };
 }
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.pictures import Halves, Map
+from identify.mismatch.maps import Halves, Map
 from identify.mismatch.result import Diagnosis, Pair, Quantity
 from plant.axis import Axis
 from plant.errors import TribowatchError
