@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.grids import FEWEST
 from identify.mismatch.result import Verdict
 from monitor.cli.app import run_command
 from monitor.picture_values import figures_of, picture_values
 from monitor.report_figures import pictures_figures
 from monitor.report_file import write_report
+from monitor.report_heat import grid_figure
 from plant.axis_file import read_axis
 from plant.errors import InputError
 from plant.recording_files import read_recording_entry
@@ -161,10 +163,30 @@ def test_what_the_daemon_keeps_draws_the_same_figures(hidden):
     assert len(json.dumps(kept)) < 200_000  # bytes a diagnosis may add to the history
     location = None if found.location is None else found.location.to_dict()
     drawn = figures_of(kept, location)
-    original = pictures_figures(found.pictures, found.location)
+    grids = [(one.other, grid_figure(one, found.pictures.force_unit, found.location)) for one in found.pictures.grids]
+    original = [*grids, *pictures_figures(found.pictures, found.location)]
     assert len(drawn) == len(original) + 2  # the build-up of the evidence, and the predictions
     for (_, before), after in zip(original, drawn, strict=False):
         for one, other in zip(before["data"], after["figure"]["data"], strict=True):
-            known = np.array([np.nan if y is None else y for y in one["y"]], dtype=float)
-            again = np.array([np.nan if y is None else y for y in other["y"]], dtype=float)
-            np.testing.assert_allclose(again, known, rtol=1e-3, equal_nan=True)
+            shown = "z" if one["type"] == "heatmap" else "y"
+            known, again = (np.array(figure[shown], dtype=float) for figure in (one, other))  # None becomes NaN
+            np.testing.assert_allclose(again, known, rtol=5e-3, equal_nan=True)
+
+
+def test_over_two_coordinates_what_was_not_visited_stays_empty(hidden):
+    _, found, page = hidden
+    over = {one.other: one for one in found.pictures.grids}
+    assert set(over) == {"velocity", "time"}
+    for one in over.values():
+        assert one.count.shape == one.before.shape == (len(one.edges) - 1, len(one.position) - 1)
+        np.testing.assert_array_equal(np.isnan(one.before), one.count < FEWEST)
+        assert 0.2 < np.mean(np.isnan(one.before)) < 0.95  # a sine never stands in the middle of its stroke
+    edges = over["velocity"].edges
+    fast = edges[:-1] > 0.3 * edges[-1]  # near standstill the turn of friction is blurred
+    left = [abs(np.nanmean(force[fast])) for force in (over["velocity"].before, over["velocity"].after)]
+    assert left[1] < 0.5 * left[0]
+    drawn = grid_figure(over["velocity"], "N", found.location)
+    scale = drawn["layout"]["coloraxis"]
+    assert scale["cmin"] == -scale["cmax"] < 0
+    assert len(drawn["data"]) == 2
+    assert "grey where too little was measured" in own(page)
