@@ -19,7 +19,7 @@ class Heard:
     Attributes:
         axis: the axis of the demo.
         start_ns: event time of the first window. [ns]
-        now_ns: event time of the latest sample the daemon has stored. [ns]
+        now_ns: event time of the latest window that was answered. [ns]
         verdicts: windows by verdict. [1]
         latest: the latest parameters message that was identified.
         trend: values by parameter, oldest first.
@@ -58,6 +58,7 @@ class Heard:
         self.verdicts[message["verdict"]] += 1
         window = message["window"]
         self.start_ns = self.start_ns or window["start_ns"]
+        self.now_ns = max(self.now_ns or 0, window["end_ns"])
         if message["verdict"] != "identified":
             return
         self.latest = message
@@ -110,7 +111,6 @@ class Heard:
         same = all(message[name] == self.status.get(name) for name in ("samples", "missing"))
         self.quiet = self.quiet + 1 if same and message["pending_windows"] == 0 else 0
         self.status = message
-        self.now_ns = message["last_sample_ns"] or self.now_ns
 
     @property
     def finished(self) -> bool:

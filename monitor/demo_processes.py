@@ -24,6 +24,7 @@ from plant.scenario_file import read_scenario
 SITE = "demo"
 CONFIG, MARK, PREVIOUS, DATABASE = "tribowatch.toml", ".tribowatch-demo", "previous", "tribowatch.db"
 PAGE_PORT = 8447  # of `[page] listen` unless the configuration says otherwise
+AHEAD = 4  # bursts without an answer: two days; enough for every worker, and page and terminal show the same date
 TAIL = 3  # lines of a log that say why a process ended
 
 
@@ -166,7 +167,7 @@ def machine(place: Place, port: int) -> Iterator[Child]:
     path = Path(scenario).resolve()
     arguments = ["simulate", "--publish", "--scenario", str(path) if path.is_file() else scenario]
     arguments += ["--connect", endpoint(port), "--site", SITE, "--seed", str(place.seed)]
-    arguments += ["--speed", repr(place.speed)]
+    arguments += ["--speed", repr(place.speed), "--ahead", str(AHEAD)]
     with running(Child("machine", arguments, place.folder)) as child:
         yield child
 

@@ -107,7 +107,9 @@ class Screen:
         parts: list[Any] = [head, *page, Text(heard.phase), make_table(COLUMNS, _rows(heard, self._console.width))]
         parts += [Panel(describe(alert), border_style=BORDERS[alert["priority"]]) for alert in heard.alerts.values()]
         end = "stops at the alert" if self._settings.until_alert else "^C stops"
-        parts.append(Text(f"one second here is {self._settings.speed / 86400:.3g} days of the machine; {end}", "dim"))
+        parts.append(
+            Text(f"one second here is up to {self._settings.speed / 86400:.3g} days of the machine; {end}", "dim")
+        )
         return Group(*parts)
 
 

@@ -17,13 +17,10 @@ from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, Strea
 from plant.errors import InputError
 
 if TYPE_CHECKING:
-    from plant.acknowledgement import Acknowledgements
     from plant.scenario import Burst, Scenario
 
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 DEFAULT_PACE = 5.0  # bursts per second when publishing: half a year at two bursts a day in 72 s
-LEASH = 100_000  # samples on their way unacknowledged: less than the publisher's cache, so that none is lost
-STALL = 5.0  # s without news, after which nobody is waited for
 
 
 def simulate_command(
@@ -57,6 +54,13 @@ def simulate_command(
             show_default=False,
         ),
     ] = None,
+    ahead: Annotated[
+        int | None,
+        typer.Option(
+            help="With --publish: wait while more bursts than this have no answer of the daemon yet.",
+            show_default=False,
+        ),
+    ] = None,
     start: Annotated[
         str | None, typer.Option(help="Move the scenario's start (ISO 8601, UTC unless it says).", show_default=False)
     ] = None,
@@ -75,6 +79,8 @@ def simulate_command(
         raise InputError(
             "give --scenario FILE or NAME with one of --out RECORDING, --publish, --can BRIDGE (--list shows names)"
         )
+    if ahead is not None and (ahead < 1 or not publish):
+        raise InputError(f"--ahead is {ahead}, but must be 1 or more, and goes with --publish")
     machine = _load(scenario, seed, start)
     chosen = _choose(machine, at, duration, one_burst=out is not None)
     if write_axis is not None:
@@ -89,9 +95,12 @@ def simulate_command(
         with _progress(len(chosen), "playing") as step:
             result = play(machine, chosen, _speed(machine, speed, bursts_per_second), can, step)
     else:
-        result = _publish(
-            machine, chosen, _speed(machine, speed, bursts_per_second), connect or [ENDPOINT], site, prefix
-        )
+        from monitor.cli.simulate_publish import publish as send
+        from plant.keys import samples_key
+
+        pace, key = _speed(machine, speed, bursts_per_second), samples_key(site, machine.axis.name, prefix)
+        with _progress(len(chosen), f"publishing {key}") as step:
+            result = send(machine, chosen, pace, connect or [ENDPOINT], site, prefix, ahead, step)
     _show(machine, chosen, result, as_json)
 
 
@@ -172,52 +181,6 @@ def _write(machine: Scenario, chosen: range, out: Path) -> dict[str, Any]:
         "sha256": recording.sha256(),
         "truth": {**dataclasses.asdict(bursts[0].friction), "temperature": bursts[0].condition.temperature},
     }
-
-
-def _publish(
-    machine: Scenario, chosen: range, speed: float, connect: list[str], site: str, prefix: str
-) -> dict[str, Any]:
-    """Send the bursts to a Zenoh session."""
-    from plant.acknowledgement import Acknowledgements
-    from plant.keys import samples_key
-    from plant.publisher import SamplePublisher
-    from plant.simulator import publish_scenario
-    from plant.zenoh_session import open_session
-
-    key, name = samples_key(site, machine.axis.name, prefix), machine.axis.name
-    with (
-        open_session("client", connect=tuple(connect)) as session,
-        SamplePublisher(session, site, name, prefix=prefix) as sink,
-        Acknowledgements(session, site, name, sink.epoch, prefix) as acknowledgements,
-        _progress(len(chosen), f"publishing {key}") as step,
-    ):
-        receiver = _Receiver(acknowledgements)
-
-        def after(burst: Burst) -> None:
-            step(burst)
-            receiver.wait(sink.next_seq - LEASH)
-
-        sent = publish_scenario(machine, sink, speed=speed, first=chosen.start, last=chosen.stop, on_burst=after)
-        committed = receiver.wait(sink.next_seq - 1)
-    return {"key": key, "speed": speed, **dataclasses.asdict(sent), "committed_seq": committed}
-
-
-class _Receiver:
-    """Whoever acknowledges the stream; one that has been silent for `STALL` is not waited for again until it speaks."""
-
-    def __init__(self, acknowledgements: Acknowledgements) -> None:
-        self._acknowledgements = acknowledgements
-        self._silent_at: int | None = None
-
-    def wait(self, seq: int) -> int:
-        """Wait until sample `seq` is committed or the receiver falls silent; return what is committed."""
-        committed = self._acknowledgements.committed
-        while committed < seq and committed != self._silent_at:
-            news = self._acknowledgements.wait_beyond(committed, STALL)
-            if news == committed:
-                self._silent_at = committed
-            committed = news
-        return committed
 
 
 @contextmanager
