@@ -48,9 +48,10 @@ AHEAD = 3  # bursts that may be sent before they are acknowledged
 class Feeder(threading.Thread):
     """The machine: its scenario over and over, each time repaired and later by the scenario's length."""
 
-    def __init__(self, scenario, publisher, ear) -> None:
+    def __init__(self, scenario, publisher, ear, rate: float = 0.0) -> None:
         super().__init__(daemon=True)
         self._scenario, self._publisher, self._ear = scenario, publisher, ear
+        self._rate, self._begun = rate, time.monotonic()
         self.halt, self.error = threading.Event(), None
         self.lives = 0
 
@@ -66,7 +67,10 @@ class Feeder(threading.Thread):
             self.error = error
 
     def _follow(self, _burst) -> None:
-        """As fast as the daemon acknowledges and answers, not faster."""
+        """As fast as the daemon acknowledges and answers, not faster; at most `rate` samples per second."""
+        if self._rate:
+            due = self._begun + self._publisher.next_seq / self._rate
+            self.halt.wait(max(0.0, due - time.monotonic()))
         allowed = self._publisher.next_seq - AHEAD * self._scenario.bursts.samples
         while not self.halt.is_set():
             pending = self._ear.heard["status"][-1]["pending_windows"] if self._ear.heard["status"] else 0
@@ -149,8 +153,8 @@ def judge(rows: list[dict]) -> dict:
     return {"growth_in_second_half": growth, "bounds": BOUNDS, "beyond": beyond}
 
 
-def run(folder: Path, minutes: float, every: float, samples: int, say=lambda _row: None) -> dict:
-    """Soak for `minutes`; rows and judgement."""
+def run(folder: Path, minutes: float, every: float, samples: int, say=lambda _row: None, *, rate: float = 0.0) -> dict:
+    """Soak for `minutes`, at most `rate` samples per second where it is not 0; last row and judgement."""
     scenario = read_scenario("wear")
     scenario = dataclasses.replace(scenario, bursts=dataclasses.replace(scenario.bursts, samples=samples))
     name = scenario.axis.name
@@ -159,7 +163,7 @@ def run(folder: Path, minutes: float, every: float, samples: int, say=lambda _ro
         plant.start(180.0)
         with plant.session() as session, SamplePublisher(session, SITE, name) as publisher:
             ear = ShortEar(session, name)
-            feeder = Feeder(scenario, publisher, ear)
+            feeder = Feeder(scenario, publisher, ear, rate)
             feeder.start()
             wait_for(lambda: ear.heard["parameters"], 180, "the first answer")
             begun, rows = time.monotonic(), []
@@ -182,6 +186,7 @@ def main() -> int:
     options.add_argument("--minutes", type=float, default=60.0)
     options.add_argument("--every", type=float, default=10.0, help="seconds between rows")
     options.add_argument("--samples", type=int, default=20_000, help="of a burst; one window of 2000 is made of each")
+    options.add_argument("--rate", type=float, default=0.0, help="samples per second at most; 0 = as fast as it goes")
     chosen = options.parse_args()
     if 60 * chosen.minutes < 8 * chosen.every:
         options.error("at least eight rows are needed: more --minutes or a smaller --every")
@@ -196,7 +201,7 @@ def main() -> int:
         sys.stdout.flush()
 
     with tempfile.TemporaryDirectory() as folder:
-        report = run(Path(folder), chosen.minutes, chosen.every, chosen.samples, say)
+        report = run(Path(folder), chosen.minutes, chosen.every, chosen.samples, say, rate=chosen.rate)
     sys.stdout.write(json.dumps(report, indent=1) + "\n")
     return 1 if report["beyond"] else 0
 
