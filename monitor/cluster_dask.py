@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from monitor.errors import ConfigError
+from plant.errors import ReachError
 
 T = TypeVar("T")
 CONNECT_SECONDS = 10.0
@@ -60,6 +61,20 @@ class DaskPool(Executor):
         answer.set_running_or_notify_cancel()
         remote.add_done_callback(lambda done: _settle(done, answer))
         return answer
+
+    def reach(self) -> int:
+        """Connect; how many worker processes the cluster has.
+
+        Raises:
+            ReachError: there is no scheduler, or nobody works for it.
+        """
+        try:
+            client = self._connected()
+        except BrokenProcessPool as error:
+            raise ReachError(str(error)) from None
+        if not (workers := len(client.scheduler_info(n_workers=-1)["workers"])):
+            raise ReachError(f"nobody works for the scheduler at {self._address}; start: dask worker {self._address}")
+        return workers
 
     def _connected(self) -> Any:
         from distributed import Client

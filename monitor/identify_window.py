@@ -22,6 +22,7 @@ from plant.recording import Floats, Recording
 GRID_PER_DECADE = 8  # speeds 10^(k/8), the same for every window of every axis
 SLOWEST, FASTEST = 0.1, 2.0  # of the fastest speed of a window; beyond it the curve is extrapolated, with its interval
 SOFTWARE = version("tribowatch")
+CRASHED = "identification crashed: "  # how the reason begins where it is no answer to the samples
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ def _refused(job: Job, recording: Recording, audit: dict[str, Any]) -> Estimate:
 
 def crashed(job: Job, reason: str) -> Estimate:
     """The answer to a window that could not be identified through no fault of its own."""
-    text = f"identification crashed: {reason}"
+    text = CRASHED + reason
     result = {"verdict": "bad_data", "reason": text, "axis": job.axis.name, "parameters": {}}
     sha = recording_of(job.samples, job.axis).sha256()
     return Estimate(job.window, "bad_data", text, job.method, job.seed, SOFTWARE, sha, result)

@@ -1,6 +1,7 @@
 """Long work of low priority, one piece at a time: diagnoses and re-identifications. Owns a thread and a process.
 
-The process is started for the work and ends with it: its memory goes back, a crash or a timeout costs one piece.
+The process is started for the work and ends with it: its memory goes back, a crash or a timeout costs one piece. With a
+cluster the work is done there instead, and a timeout or a lost scheduler costs one piece too.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import contextlib
 import queue
 import threading
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from typing import Any
 
 import structlog
@@ -21,16 +22,26 @@ log = structlog.get_logger()
 NICENESS = 5  # windows go first
 
 
+def _low_priority(workers: int) -> Executor:
+    """Processes of this machine that let the windows go first."""
+    return local_pool(workers, NICENESS)
+
+
 class Laboratory:
     """Runs functions in a process of their own; answers come out of `collect`. Its methods never wait."""
 
-    def __init__(self, timeout: float, wake: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        timeout: float,
+        wake: Callable[[], None] = lambda: None,
+        start_pool: Callable[[int], Executor] = _low_priority,
+    ) -> None:
         """`timeout` [s]: how long a piece of work may take; `wake` is called from another thread when one ends."""
-        self._timeout, self._wake = timeout, wake
+        self._timeout, self._wake, self._start_pool = timeout, wake, start_pool
         self._waiting: queue.SimpleQueue[tuple[str, Callable[..., Any], tuple[Any, ...]] | None] = queue.SimpleQueue()
         self._done: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._keys: set[str] = set()
-        self._pool: ProcessPoolExecutor | None = None
+        self._pool: Executor | None = None
         self._thread: threading.Thread | None = None
         self._closed = False
 
@@ -61,7 +72,7 @@ class Laboratory:
         while (task := self._waiting.get()) is not None:
             key, function, arguments = task
             try:
-                self._pool = local_pool(1, NICENESS)
+                self._pool = self._start_pool(1)
                 result: Any = self._pool.submit(function, *arguments).result(self._timeout)
             except Exception as error:
                 if self._closed:

@@ -100,7 +100,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             wake=inbox.wake,
         )
         stack.callback(workers.close)
-        laboratory = Laboratory(config.diagnosis.timeout_seconds, wake=inbox.wake)
+        elsewhere = {"start_pool": _pool_of(config)} if settings.cluster else {}
+        laboratory = Laboratory(config.diagnosis.timeout_seconds, inbox.wake, **elsewhere)
         stack.callback(laboratory.close)
         net = config.zenoh
         session = open_session(net.mode, net.listen, net.connect, **security_settings(config))

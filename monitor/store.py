@@ -26,6 +26,7 @@ from monitor.models import (
 )
 from monitor.models_life import AxisVersionRow, EventRow
 from monitor.samples import Outcome, Samples, StreamState, Window, WindowId
+from monitor.query_raw import raw_samples
 from monitor.store_alarms import AlarmStore
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
@@ -38,8 +39,6 @@ from monitor.store_rows import (
     block_row,
     estimate_row,
     gap_row,
-    join,
-    samples_of,
     window_of,
 )
 from monitor.windows import KEPT_GAPS
@@ -166,19 +165,11 @@ class Store(AlarmStore, LifeStore):
         Raises:
             DatabaseError: the journal does not hold them (which would be an error of ours).
         """
-        end = window.first_seq + window.samples
-        query = select(BlockRow.__table__).where(
-            BlockRow.axis_id == axis_id,
-            BlockRow.epoch == window.epoch,
-            BlockRow.seq < end,
-            BlockRow.seq + BlockRow.n > window.first_seq,
-        )
         with self._write() as db:
-            parts = [samples_of(row) for row in db.execute(query.order_by(BlockRow.seq)).mappings()]
-        whole = join(parts)
-        if whole is None or whole.seq > window.first_seq or whole.end < end or len(whole) != whole.end - whole.seq:
+            samples = raw_samples(db, axis_id, window)
+        if samples is None:
             raise DatabaseError(f"{self.url}: the journal does not hold {window} of axis {axis_id}")
-        return whole.cut(window.first_seq, end)
+        return samples
 
     def prune(
         self,

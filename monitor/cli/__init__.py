@@ -19,6 +19,7 @@ from monitor.cli.diagnose import diagnose_command
 from monitor.cli.doctor import doctor_command
 from monitor.cli.history import history_app, history_show_command
 from monitor.cli.history_keep import backup_command, restore_command
+from monitor.cli.history_reanalyse import reanalyse_command
 from monitor.cli.identify import identify_command
 from monitor.cli.record import record_command
 from monitor.cli.replay import replay_command
@@ -38,6 +39,7 @@ app.command("bridge")(bridge_command)
 history_app.command("show")(history_show_command)
 history_app.command("backup")(backup_command)
 history_app.command("restore")(restore_command)
+history_app.command("reanalyse")(reanalyse_command)
 app.add_typer(history_app)
 app.command("upgrade")(upgrade_command)
 alerts_app.command("list")(alerts_list_command)

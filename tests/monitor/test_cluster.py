@@ -112,4 +112,4 @@ def test_no_scheduler_is_said_and_the_daemon_goes_on(capfd):
     wait_for(lambda: workers.free, 60, "the attempt ends")
     workers.close()
     assert time.monotonic() - started < 60
-    assert "no Dask scheduler" in capfd.readouterr().out
+    assert "no Dask scheduler" in "".join(capfd.readouterr())
