@@ -6,6 +6,7 @@ window, each in one transaction; a run that was interrupted goes on where it end
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -57,12 +58,14 @@ def reanalyse(
     axes = chosen(reader, order)
     target.open(reader.stored_axes())
     run = _Run(reader, order, target, axes)
-    wake = threading.Event()
-    workers = start_workers(wake.set)
-    try:
-        run.work(workers, wake, tell)
-    finally:
-        workers.close()
+    jobs = run.jobs()
+    if (first := next(jobs, None)) is not None:
+        wake = threading.Event()
+        workers = start_workers(wake.set)
+        try:
+            run.work(itertools.chain([first], jobs), workers, wake, tell)
+        finally:
+            workers.close()
     return run.compare()
 
 
@@ -79,9 +82,9 @@ class _Run:
     def _stored(self, axis: StoredAxis) -> Iterator[Answered]:
         return self._reader.answered(axis.id, self._order.begin(axis), self._order.to_ns)
 
-    def work(self, workers: Workers, wake: threading.Event, tell: Tell) -> None:
+    def work(self, jobs: Iterator[Job], workers: Workers, wake: threading.Event, tell: Tell) -> None:
         """Keep the workers busy until everything is answered."""
-        jobs, more = self._jobs(), True
+        more = True
         while True:
             while more and workers.free:
                 job = next(jobs, None)
@@ -96,7 +99,7 @@ class _Run:
             wake.wait(PATIENCE)
             wake.clear()
 
-    def _jobs(self) -> Iterator[Job]:
+    def jobs(self) -> Iterator[Job]:
         """A job for each window that is not answered yet and whose samples are still there."""
         number = 0
         for axis in self._axes:
