@@ -13,9 +13,9 @@ from monitor.models import AxisRow, BlockRow, EstimateRow, WindowRow
 from monitor.models_life import AxisVersionRow
 from monitor.query_base import ReaderBase
 from monitor.query_rows import between
+from monitor.samples import Samples, Window, WindowId
 from monitor.store_records import VersionRecord
 from monitor.store_rows import join, samples_of, window_of
-from monitor.windows import Samples, Window, WindowId
 
 PAGE = 200  # answers read at once
 ANSWER = ("verdict", "reason", "method", "seed", "software", "axis_version", "data_sha256", "result", "curve")

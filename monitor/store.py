@@ -25,8 +25,8 @@ from monitor.models import (
     WindowRow,
 )
 from monitor.models_life import AxisVersionRow, EventRow
-from monitor.samples import Outcome, Samples, StreamState, Window, WindowId
 from monitor.query_raw import raw_samples
+from monitor.samples import Outcome, Samples, StreamState, Window, WindowId
 from monitor.store_alarms import AlarmStore
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change

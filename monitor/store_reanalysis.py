@@ -13,9 +13,9 @@ from monitor.errors import QueryError
 from monitor.estimate import Estimate
 from monitor.identify_window import SOFTWARE
 from monitor.query_raw import Answered, RawReader, StoredAxis
+from monitor.samples import Outcome, WindowId
 from monitor.store import Store
 from monitor.store_records import AxisRecord, VersionRecord
-from monitor.windows import Outcome, WindowId
 
 DATABASE, NOTE = "tribowatch.db", "reanalysis.json"
 
