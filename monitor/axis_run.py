@@ -23,6 +23,8 @@ from monitor.windows import Assembler
 from plant.axis import Axis
 from plant.wire import Block
 
+MOST = 2**63 - 1  # what a column of the database holds; a forged number of a sample may tell of as many missing
+
 
 @dataclass(slots=True)
 class AxisRun:
@@ -146,7 +148,7 @@ class AxisRun:
         if out.splinters:
             self.gaps[GapKind.PAUSE.value] += out.splinters
         self.starvation.note(out)
-        for reason in ("duplicates", "late", "old_epoch"):
+        for reason in ("duplicates", "late", "old_epoch", "stray_epoch", "stray_seq"):
             self.reject(reason, getattr(out, reason))
 
     def close_batch(self) -> Outcome:
@@ -155,7 +157,7 @@ class AxisRun:
         batch, self.outcome = self.outcome, Outcome()
         record = self.record
         record.samples += sum(len(part) for part in batch.accepted)
-        record.missing += sum(gap.missing for gap in batch.gaps)
+        record.missing = min(record.missing + sum(gap.missing for gap in batch.gaps), MOST)
         record.stream = self.assembler.state
         if record.stream.last_ns is not None:
             record.last_ns = record.stream.last_ns

@@ -112,8 +112,11 @@ class WindowRule:
         samples: raw samples of a window.
         hop: raw samples from one window's start to the next.
         sample_time_ns: nominal; 0 = take each block's own median step. [ns]
-        patience: how long a block waits for missing ones before it. [s, on the caller's clock]
+        patience: how long blocks wait for missing ones before them, since the last that came in order.
+            [s, on the caller's clock]
         held_blocks, held_samples: what may wait at once; more, and the gap is declared.
+        silence: of the current epoch, before an earlier one is believed; and how long a stray waits for a second
+            message that bears it out. [s, on the same clock]
     """
 
     samples: int
@@ -122,6 +125,7 @@ class WindowRule:
     patience: float = 2.0
     held_blocks: int = 256
     held_samples: int = 200_000
+    silence: float = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +138,9 @@ class StreamState:
         last_ns: stamp of the last received sample, None before the first. [ns]
         segment_seq: first sample of the current segment.
         starts: (number, stamp [ns]) of the windows begun in this segment and not complete.
+        sure: more than one message of the epoch was received.
+        former: (epoch, next number) of epochs that were current before, any of which may yet go on.
+        floor: the latest epoch that may not, nor any before it.
     """
 
     epoch: int = -1
@@ -141,6 +148,9 @@ class StreamState:
     last_ns: int | None = None
     segment_seq: int = 0
     starts: tuple[tuple[int, int], ...] = ()
+    sure: bool = True
+    former: tuple[tuple[int, int], ...] = ()
+    floor: int = -1
 
     def needed_from(self) -> tuple[int, int]:
         """(epoch, number) of the oldest received sample that a future window may need."""
@@ -151,8 +161,9 @@ class StreamState:
 class Outcome:
     """What one call decided; the caller stores and counts it.
 
-    `duplicates`, `late` (of a gap already declared) and `old_epoch` count samples that were not taken; `splinters` are
-    pauses after fewer than `SPLINTER` samples.
+    Samples that were not taken are counted as `duplicates`, `late` (of a gap already declared), `old_epoch`,
+    `stray_epoch` (a later epoch that never came to more than one message) and `stray_seq` (a message whose number and
+    stamps contradict each other, and which no other continues); `splinters` are pauses after fewer than `SPLINTER`.
     """
 
     accepted: list[Samples] = field(default_factory=list)
@@ -161,4 +172,6 @@ class Outcome:
     duplicates: int = 0
     late: int = 0
     old_epoch: int = 0
+    stray_epoch: int = 0
+    stray_seq: int = 0
     splinters: int = 0

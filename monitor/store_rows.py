@@ -20,8 +20,7 @@ def axis_record(row: Any) -> AxisRecord:
     """An axis as the pipeline takes it up."""
     stream = StreamState()
     if row["stream"]:
-        starts = tuple((int(seq), int(t_ns)) for seq, t_ns in row["stream"]["starts"])
-        stream = StreamState(**{**row["stream"], "starts": starts})
+        stream = stream_of(row["stream"])
     return AxisRecord(
         row["id"],
         row["name"],
@@ -39,9 +38,15 @@ def axis_record(row: Any) -> AxisRecord:
 def axis_row(axis: AxisRecord) -> dict[str, Any]:
     """An axis' columns that the intake moves on, as parameters of its update."""
     new = {f"new_{name}": getattr(axis, name) for name in AXIS_COLUMNS if name != "stream"}
-    state = axis.stream
-    stream = {name: getattr(state, name) for name in ("epoch", "next_seq", "last_ns", "segment_seq", "starts")}
-    return {"row": axis.id, **new, "new_stream": stream}
+    return {"row": axis.id, **new, "new_stream": dataclasses.asdict(axis.stream)}
+
+
+def stream_of(stored: dict[str, Any]) -> StreamState:
+    """Where a stream stood; what an older program stored knows of no epoch before."""
+    pairs = {
+        name: tuple((int(one), int(other)) for one, other in stored.get(name, ())) for name in ("starts", "former")
+    }
+    return StreamState(**{"floor": stored["epoch"], **stored, **pairs})
 
 
 def gap_row(axis_id: int, gap: Gap) -> dict[str, Any]:

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import math
 
 import numpy as np
 
+from monitor.epochs import Candidates, successor
 from monitor.samples import Gap, GapKind, Outcome, Samples, StreamState, Window, WindowId, WindowRule
 
 JUMP = 1.5  # sample times between two stamps that end a segment
@@ -31,21 +33,30 @@ class Assembler:
         self.stretch = 1  # windows of the rule per window that is begun
         self.state = state or StreamState()
         self._held: dict[int, tuple[Samples, float]] = {}
+        self._others = Candidates(rule)
+        self._moved = -math.inf  # when a block came in order. [s]
         self._gaps = collections.deque(gaps or [], maxlen=KEPT_GAPS)
 
     @property
     def held(self) -> int:
-        """Blocks that wait for missing ones before them."""
-        return len(self._held)
+        """Blocks that wait for missing ones before them, or for their epoch to begin."""
+        return len(self._held) + len(self._others)
 
     def offer(self, block: Samples, now: float) -> Outcome:
         """Take a block as it arrived; order, repetition and overlap do not matter."""
         out = Outcome()
-        if block.epoch < self.state.epoch:
-            out.old_epoch += len(block)
-            return out
-        if block.epoch > self.state.epoch:
-            self._begin_epoch(block, out)
+        if block.epoch != self.state.epoch:
+            self._others.take(block, self.state, now, out)
+        else:
+            if block.end > self.state.next_seq and block.seq not in self._held:
+                self._move(sure=True)
+            self._others.note_current(self.state, now, out)
+            self._offer_current(block, now, out)
+        self._change_epochs(now, out)
+        return out
+
+    def _offer_current(self, block: Samples, now: float, out: Outcome) -> None:
+        """Take a block of the current epoch."""
         if self.state.next_seq < 0 and block.seq == 0:
             self._move(next_seq=0)
         block = self._hold_back(block, out)
@@ -56,18 +67,53 @@ class Assembler:
                 out.duplicates += len(known[0]) if known else 0
             else:
                 out.duplicates += len(block)
+        before = self.state.next_seq
         self._take_ready(out)
+        if self.state.next_seq > before:
+            self._moved = now
         most = self.rule
         while len(self._held) > most.held_blocks or sum(len(one) for one, _ in self._held.values()) > most.held_samples:
             self._give_up_waiting(out)
-        return out
 
     def settle(self, now: float) -> Outcome:
-        """Declare the gaps that were waited for long enough."""
+        """Declare the gaps that were waited for long enough.
+
+        While blocks still come in order nothing is missing before them: a recovery is on its way.
+        """
         out = Outcome()
-        while self._held and now - min(arrived for _, arrived in self._held.values()) >= self.rule.patience:
-            self._give_up_waiting(out)
+        while self._held and now - max(self._moved, min(at for _, at in self._held.values())) >= self.rule.patience:
+            block, arrived = self._held[min(self._held)]
+            if not self._is_stray(block):
+                self._give_up_waiting(out)
+            elif now - arrived >= self.rule.silence:
+                del self._held[block.seq]
+                out.stray_seq += len(block)
+            else:
+                break
+        self._change_epochs(now, out)
         return out
+
+    def _is_stray(self, block: Samples) -> bool:
+        """Whether less time has passed than the samples missing before `block` take, and no other continues it."""
+        if self.state.last_ns is None or self.state.next_seq <= self.state.segment_seq:
+            return False  # nothing of this epoch to compare with
+        time_ns = int(block.t_ns[0]) - self.state.last_ns
+        if time_ns >= (block.seq - self.state.next_seq) * self._step_ns(block) / 2:
+            return False
+        return not any(block.end == other.seq or other.end == block.seq for other, _ in self._held.values())
+
+    def _step_ns(self, block: Samples) -> int:
+        """Sample time. [ns]; 0 = a single sample, which does not tell."""
+        return self.rule.sample_time_ns or (int(np.median(np.diff(block.t_ns))) if len(block) > 1 else 0)
+
+    def _change_epochs(self, now: float, out: Outcome) -> None:
+        """Begin the epochs whose time has come, each with all that has arrived of it."""
+        while (begun := self._others.next(self.state, now, out)) is not None:
+            epoch, sure, blocks = begun
+            self._end_epoch(int(blocks[0].t_ns[0]), out)
+            self.state = successor(self.state, epoch, sure)
+            for block in blocks:
+                self._offer_current(block, now, out)
 
     def _hold_back(self, block: Samples, out: Outcome) -> Samples:
         """Drop the part of `block` that is already settled."""
@@ -79,15 +125,14 @@ class Assembler:
             out.duplicates += settled - late
         return block.cut(block.seq + settled, block.end) if settled else block
 
-    def _begin_epoch(self, block: Samples, out: Outcome) -> None:
+    def _end_epoch(self, to_ns: int, out: Outcome) -> None:
+        """Settle what is left of the current epoch; the next one begins at `to_ns` [ns]."""
         while self._held:
             self._give_up_waiting(out)
         old = self.state
         if old.epoch >= 0 and old.next_seq >= 0:
-            first = int(block.t_ns[0])
-            out.gaps.append(Gap(GapKind.EPOCH, old.epoch, old.next_seq, old.next_seq, old.last_ns, first))
+            out.gaps.append(Gap(GapKind.EPOCH, old.epoch, old.next_seq, old.next_seq, old.last_ns, to_ns))
         self._gaps.clear()
-        self.state = StreamState(epoch=block.epoch, last_ns=old.last_ns)
 
     def _give_up_waiting(self, out: Outcome) -> None:
         """Declare what is missing before the first held block as a gap, and go on behind it."""
@@ -112,7 +157,7 @@ class Assembler:
         """Append `block` to the segment, cutting it where the stamps jump."""
         stamps = block.t_ns if self.state.last_ns is None else np.concatenate(([self.state.last_ns], block.t_ns))
         steps = np.diff(stamps)
-        nominal = self.rule.sample_time_ns or (int(np.median(np.diff(block.t_ns))) if len(block) > 1 else 0)
+        nominal = self._step_ns(block)
         broken = (steps <= 0) | (steps > JUMP * nominal) if nominal > 0 else steps <= 0
         offset, first = len(block) - len(steps), block.seq
         out.accepted.append(block)

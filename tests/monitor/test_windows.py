@@ -140,15 +140,6 @@ def test_one_burst_an_hour_is_a_normal_machine():
     assert [(gap.kind, gap.missing) for gap in got["gaps"]] == [(GapKind.PAUSE, 0)] * 2
 
 
-def test_a_new_epoch_starts_a_segment_and_an_old_one_is_refused():
-    assembler = Assembler(RULE)
-    assembler.offer(run(0, 15, epoch=1), 0.0)
-    out = assembler.offer(run(0, 25, epoch=2), 0.0)
-    assert [(gap.kind, gap.epoch, gap.from_seq) for gap in out.gaps] == [(GapKind.EPOCH, 1, 15)]
-    assert [window.id for window in out.windows] == [dataclasses.replace(out.windows[0].id, epoch=2, first_seq=0)]
-    assert assembler.offer(run(15, 30, epoch=1), 0.0).old_epoch == 15
-
-
 def test_joining_late_is_told_once_the_wait_for_the_beginning_is_over():
     assembler = Assembler(RULE)
     assert not assembler.offer(run(50, 60), 0.0).accepted
