@@ -53,8 +53,8 @@ def judge(state: DriftState, estimate: Estimate, rule: DriftRule) -> tuple[Drift
     """Take one estimate, in order of time; say which conditions hold now. What is not in the list is unchanged."""
     quality, trusted = judge_quality(state.quality, estimate, rule.bad_windows)
     state = dataclasses.replace(state, quality=quality)
-    window = estimate.window.id  # by number, not by stamp: clocks may step back
-    fresh = estimate.informative and (window.epoch, window.first_seq) >= state.last
+    window = estimate.window.id  # by number, not by stamp: clocks may step back, and with them epochs
+    fresh = estimate.informative and (window.epoch != state.last[0] or window.first_seq >= state.last[1])
     if not fresh or trusted.holds:
         return state, [trusted] if trusted.holds or state.told is not Kind.DATA_QUALITY else []
     state = dataclasses.replace(state, last=(window.epoch, window.first_seq + window.samples))

@@ -67,10 +67,13 @@ def listen(
 
 
 def as_recording(heard: Heard, axis: Axis) -> Recording | None:
-    """The samples of the latest epoch in the order of their numbers, each once, as force at the belt; None for none."""
+    """The samples of the epoch with most of them, in order, as force at the belt; None for none."""
     if not heard.blocks:
         return None
-    epoch = max(block.epoch for block in heard.blocks)
+    counts: Counter[int] = Counter()
+    for block in heard.blocks:
+        counts[block.epoch] += len(block)
+    epoch = max(counts, key=lambda one: (counts[one], one))
     ordered = sorted((block for block in heard.blocks if block.epoch == epoch), key=lambda block: block.seq)
     first, *rest = ordered
     kept = [first]

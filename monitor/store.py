@@ -28,6 +28,7 @@ from monitor.models_life import AxisVersionRow, EventRow
 from monitor.query_raw import raw_samples
 from monitor.samples import Outcome, Samples, StreamState, Window, WindowId
 from monitor.store_alarms import AlarmStore
+from monitor.store_journal import first_needed
 from monitor.store_life import LifeStore
 from monitor.store_records import AlarmRecord, AxisRecord, Change
 from monitor.store_roll_ups import SPANS, add_to_roll_ups, rebuild_roll_ups
@@ -156,7 +157,7 @@ class Store(AlarmStore, LifeStore):
         """(row id, axis id, window) of every complete window without an answer, oldest first."""
         query = select(WindowRow.__table__).where(WindowRow.done.is_(False))
         with self._write() as db:
-            rows = db.execute(query.order_by(WindowRow.axis_id, WindowRow.epoch, WindowRow.first_seq)).mappings()
+            rows = db.execute(query.order_by(WindowRow.axis_id, WindowRow.id)).mappings()
             return [(row["id"], row["axis_id"], window_of(row)) for row in rows]
 
     def read(self, axis_id: int, window: WindowId) -> Samples:
@@ -182,24 +183,14 @@ class Store(AlarmStore, LifeStore):
 
         `also` are older windows whose samples stay: epoch, first sample, samples.
         """
-        epoch, seq = needed_from
         with self._write() as db:
-            done = select(WindowRow.epoch, WindowRow.first_seq).where(WindowRow.axis_id == axis_id)
-            open_first = db.execute(
-                done.where(WindowRow.done.is_(False)).order_by(WindowRow.epoch, WindowRow.first_seq).limit(1)
-            ).first()
-            kept = done.where(WindowRow.done.is_(True)).order_by(WindowRow.epoch.desc(), WindowRow.first_seq.desc())
-            kept_first = db.execute(kept.limit(1).offset(keep_windows - 1)).first() if keep_windows else None
-            if keep_windows and kept_first is None:
-                return 0
-            firsts = [(epoch, seq), *((int(row[0]), int(row[1])) for row in (open_first, kept_first) if row)]
-            epoch, seq = min(firsts)
-            old = (BlockRow.epoch < epoch) | ((BlockRow.epoch == epoch) & (BlockRow.seq + BlockRow.n <= seq))
+            first = first_needed(db, axis_id, needed_from, keep_windows)
             needed = [
-                (BlockRow.epoch == epoch) & (BlockRow.seq < first + n) & (BlockRow.seq + BlockRow.n > first)
-                for epoch, first, n in also
+                (BlockRow.epoch == epoch) & (BlockRow.seq < seq + n) & (BlockRow.seq + BlockRow.n > seq)
+                for epoch, seq, n in also
             ]
             free = ~or_(*needed) if needed else true()
+            old = true() if first is None else BlockRow.id < first
             return int(db.execute(delete(BlockRow).where(BlockRow.axis_id == axis_id, old, free)).rowcount)
 
     def thin_out(self, axis_id: int, before_ns: int, limit: int = 2000) -> int:

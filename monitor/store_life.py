@@ -53,7 +53,7 @@ class LifeStore(SharingStore):
             WindowRow.axis_id == axis_id, WindowRow.first_seq.in_({one[1] for one in wanted})
         )
         with self._write() as db:
-            rows = db.execute(query.order_by(WindowRow.epoch, WindowRow.first_seq)).mappings()
+            rows = db.execute(query.order_by(WindowRow.id)).mappings()
             found = [(int(row["id"]), window_of(row)) for row in rows]
         return [(row, one) for row, one in found if (one.id.epoch, one.id.first_seq, one.id.samples) in wanted]
 
