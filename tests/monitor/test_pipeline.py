@@ -8,11 +8,12 @@ import pytest
 from monitor.alarms import State
 from monitor.commands import Command, CommandBox
 from monitor.config import Config
-from monitor.errors import QueryError
+from monitor.errors import DatabaseError, QueryError
 from monitor.fleet import MAX_UNKNOWN
 from monitor.inbox import Inbox, Message
 from monitor.pipeline import Pipeline
 from monitor.queries import Reader
+from monitor.samples import WindowId
 from monitor.store import Store
 from monitor.workers import Workers
 from plant.presets import paper_axis
@@ -107,6 +108,35 @@ def test_a_gap_is_waited_for_then_reported(bench):
     bench.finish()
     with Reader(bench.url) as reader:
         assert [(gap["from_seq"], gap["to_seq"]) for gap in reader.history("axis-1")["gaps"]] == [(100, 300)]
+
+
+def test_a_stray_epoch_in_a_pause_stops_neither_windows_nor_watch_after_a_restart(tmp_path, workers):
+    torque, position = burst(AXIS, samples=2000)
+    part = slice(0, 600)
+
+    def send(bench, epoch, seq, start_ns, rows=part):
+        for block in blocks_of("axis-1", epoch, seq, start_ns, torque[rows], position[rows]):
+            bench.put(block)
+        bench.finish()
+
+    bench = Bench(tmp_path, workers, history={"keep_raw_windows": 2})
+    send(bench, 5, 0, START_NS)
+    send(bench, 2**62, 10**12, START_NS + 10**12, slice(0, 100))
+    bench.step(5.0)
+    bench.step(5.0)
+    assert bench.heard("status")[-1]["committed"] == {"epoch": 2**62, "seq": 10**12 + 99}
+    bench.store.close()
+    again = Bench(tmp_path, workers, history={"keep_raw_windows": 2})
+    send(again, 5, 600, START_NS + 10**13)
+    status = again.heard("status")[-1]
+    assert (status["committed"], status["samples"]) == ({"epoch": 5, "seq": 1199}, 1300)
+    assert [one["window"]["first_seq"] for one in again.heard("parameters")] == [600, 800, 1000]
+    assert again.pipeline.runs["axis-1"].drift.last[0] == 5
+    for _ in range(3):
+        again.step(6.0)
+    assert again.store.read(1, WindowId(5, 800, 200)).seq == 800  # the newest two are kept, the stray's samples are not
+    with pytest.raises(DatabaseError):
+        again.store.read(1, WindowId(2**62, 10**12, 100))
 
 
 def test_silence_is_stale_and_resolves_nothing(bench):

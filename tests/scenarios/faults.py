@@ -56,6 +56,11 @@ class Account:
         return self.unaccounted == 0 and self.twice == 0 and self.received + self.missing == self.sent
 
 
+def together(*accounts: Account) -> Account:
+    """The sum over several epochs."""
+    return Account(*(sum(values) for values in zip(*(vars(one).values() for one in accounts), strict=True)))
+
+
 def account(plant: Plant, epoch: int, sent: int) -> Account:
     """From the database alone: journal and gaps against the numbers that were sent."""
     rows = Database(plant.url).query("select seq, n from block where epoch = :epoch order by seq", epoch=epoch)
@@ -181,23 +186,53 @@ def publisher_restarted(folder: Path):
         epochs = [epoch for (epoch,) in Database(plant.url).query("select distinct epoch from block order by epoch")]
         first, second = (account(plant, epoch, 4000) for epoch in epochs)
         assert status["gaps"]["epoch"] == 1, status["gaps"]
-        both = Account(8000, first.received + second.received, first.missing + second.missing,
-                       first.unaccounted + second.unaccounted, first.twice + second.twice)  # fmt: skip
-        return "two epochs, one break between them", both
+        return "two epochs, one break between them", together(first, second)
 
 
-def old_epoch_returns(folder: Path):
-    with stage(folder) as (plant, session, publisher, ear):
-        source = Source(publisher.put, publisher.epoch)
-        source.send(1)
-        old = Source(lambda block: session.put(KEY, encode_block(block), encoding=CBOR), publisher.epoch - 10**9)
-        settled(ear, publisher.epoch, 1999)
-        old.send(1)
+def clock_set_back(folder: Path):
+    with bare_stage(folder) as (plant, session, ear):
+        found = []
+        for epoch in (2 * 10**18, 10**18):
+            with SamplePublisher(session, SITE, "axis-1", epoch=epoch) as publisher:
+                begun = time.monotonic()
+                Source(publisher.put, epoch).send(1)
+                status = settled(ear, epoch, 1999)
+                found.append(account(plant, epoch, 2000))
+        assert not status["rejected"], status["rejected"]
+        return f"believed after {time.monotonic() - begun:.0f} s of silence of the later one", together(*found)
+
+
+def ended_epoch_replayed(folder: Path):
+    with bare_stage(folder) as (plant, session, ear):
+        for epoch in (1, 2):
+            source = Source(lambda block: session.put(KEY, encode_block(block), encoding=CBOR), epoch)
+            source.send(1)
+            settled(ear, epoch, 1999)
+        Source(source.put, 1).send(1)
         wait_for(lambda: ear.heard["status"][-1]["rejected"].get("old_epoch") == 2000, 30, "2000 refused")
         alert = wait_for(lambda: ear.heard["alerts"], 30, "an alert")[-1]
-        found = account(plant, publisher.epoch, 2000)
+        found = [account(plant, epoch, 2000) for epoch in (1, 2)]
         assert alert["kind"] == "data_quality"
-        return "2000 samples counted as old_epoch, data_quality: " + alert["alert"]["text"].split(": ")[-1][:60], found
+        text = alert["alert"]["text"].split(": ")[-1][:60]
+        return "2000 samples counted as old_epoch, data_quality: " + text, together(*found)
+
+
+def stray_epoch(folder: Path):
+    """One message of a far epoch amid the stream, then one while the machine pauses."""
+    with bare_stage(folder) as (plant, session, ear):
+        source = Source(lambda block: session.put(KEY, encode_block(block), encoding=CBOR), 1)
+        stray = Source(source.put, 2**62, size=2000)
+        with background(source, 2, 2.0):
+            wait_for(lambda: ear.committed() > 500, 60, "a beginning")
+            stray.send(1)
+        status = settled(ear, 1, 3999)
+        assert status["rejected"] == {"stray_epoch": 2000}, status["rejected"]
+        Source(source.put, 2**62 + 1, size=2000).send(1)
+        settled(ear, 2**62 + 1, 1999)
+        source.send(2)
+        settled(ear, 1, 7999)
+        found = together(account(plant, 1, 8000), account(plant, 2**62 + 1, 2000))
+        return "refused amid the stream, taken in the pause; the stream goes on", found
 
 
 def link_cut(seconds: float, cache: int, rate: float, bursts: int):
@@ -420,7 +455,9 @@ FAULTS = {
     "daemon killed and restarted": Fault("all recovered from the publisher's cache", 0, daemon_killed),
     "restart, caches hold more than the queue": Fault("all recovered, nothing dropped", 0, caches_beyond_the_queue),
     "publisher restarted": Fault("new epoch, nothing of either lost", 0, publisher_restarted),
-    "publisher restarted with an older epoch": Fault("refused, counted, data_quality", 0, old_epoch_returns),
+    "publisher restarted with an older epoch": Fault("believed when the later one is silent", 0, clock_set_back),
+    "epoch that ended is replayed": Fault("refused, counted, data_quality", 0, ended_epoch_replayed),
+    "one message of a far epoch": Fault("costs nothing but itself", 0, stray_epoch),
     "link cut 2 s": Fault("all recovered from the cache", 0, link_cut(2.0, 600, 25.0, 12)),
     "link cut 60 s, cache of 600 blocks": Fault(
         "the cache recovers the newest, the rest is reported", 2**62, link_cut(60.0, 600, 25.0, 120)

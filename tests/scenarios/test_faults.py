@@ -4,7 +4,7 @@ import pytest
 
 from tests.scenarios.faults import FAULTS, run_fault
 
-SLICE = ("publisher restarted with an older epoch", "clock steps +1 h, -2 h", "doubled and reordered blocks")
+SLICE = ("epoch that ended is replayed", "clock steps +1 h, -2 h", "doubled and reordered blocks")
 
 
 @pytest.mark.parametrize(
