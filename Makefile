@@ -30,7 +30,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years delay confusion robot-joints story
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -131,11 +131,14 @@ delay: $(VENV)/.ready-dev  ## how soon changes are found, beside the optimum, a 
 	test -e var/studies/pool.npz || $(PY) -m tests.monitor.studies.pool
 	$(PY) -m tests.monitor.studies.delay $(ARGS)
 
-confusion: $(VENV)/.ready-dev  ## simulated causes against what the watch calls them; ARGS="--axes 3" for less
+confusion: $(VENV)/.ready-dev  ## simulated causes against what the watch calls them; ARGS="--axes 3" for less, "--first 1000" for fresh ones
 	$(PY) -m tests.monitor.studies.confusion $(ARGS)
 
 story: $(VENV)/.ready-dev  ## a rail defect grows, is named by the daemon, promoted, trended, repaired: the real daemon in time-lapse
 	$(PY) -m tests.scenarios.story
+
+daemon-years: $(VENV)/.ready-dev  ## 20 healthy machines through a real daemon for a year, with restarts and gaps: what it raised falsely; ARGS="--axes 4 --days 60"
+	$(PY) -m tests.scenarios.daemon_years $(ARGS)
 
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
 	$(PYTEST) tests/scenarios -m slow -k kill -s

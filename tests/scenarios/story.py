@@ -2,16 +2,16 @@
 
 Healthy weeks, a spot on the rail begins to resist and grows, the daemon notices that its model no longer holds, locates
 and names the defect by itself, the defect is promoted and trended, repaired, and every alarm is normal again. Process,
-Zenoh, database, workers and command line are real; only time is short.
+Zenoh, database, workers and command line are real; only time is short. Everything it leaves, logs too, is in var/story.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -24,6 +24,8 @@ from plant.scenario_file import read_scenario
 from tests.scenarios.harness import ROOT, SITE, START_NS, Ear, Plant, blocks_of, wait_for
 
 DAY_NS = 86_400 * 10**9
+FOLDER = ROOT / "var" / "story"
+PATIENCE = 300.0  # s for one answer; a window takes a tenth of a second of a free core
 AXIS = "axis-1"
 ENOUGH = 5  # bursts with a mismatch, by which the daemon has begun to diagnose
 HEALTHY, STEP, GROWING, REPAIRED = 40, 4, 56, 12  # bursts; of the growing defect every fourth of two a day
@@ -53,7 +55,28 @@ class Teller:
         for block in blocks_of(AXIS, self.publisher.epoch, self.publisher.next_seq, begin, torque, recording.position):
             self.publisher.put(block)
         self.sent += 1
-        wait_for(lambda: len(self.ear.heard["parameters"]) >= self.sent, 300, f"answer {self.sent}")
+        end = time.monotonic() + PATIENCE
+        while not self.answered():
+            if self.plant.process.poll() is not None or time.monotonic() > end:
+                raise AssertionError(f"no answer to burst {self.sent}: {self.state()}")
+            time.sleep(0.05)
+
+    def answered(self) -> bool:
+        """Whether the history has every answer; what is published may be said before one listens, or on a lost link."""
+        with Reader(self.plant.url) as reader:
+            axis = reader.axis(AXIS)
+        return axis.windows >= self.sent and not axis.pending
+
+    def state(self) -> str:
+        """Where the daemon stands, for who has to find out why it does not answer."""
+        with Reader(self.plant.url) as reader:
+            axis = reader.axis(AXIS)
+        ended = self.plant.process.poll()
+        shown = {name: getattr(axis, name) for name in ("samples", "missing", "windows", "pending", "rejected")}
+        heard, latest = len(self.ear.heard["parameters"]), self.ear.heard["status"][-1:]
+        log = "\n".join(self.plant.log.splitlines()[-15:])
+        how = "runs" if ended is None else f"ended with {ended}"
+        return f"the daemon {how}; history: {shown}; {heard} answers heard; status: {latest}; its log ends:\n{log}"
 
     def listen(self, chapter: str) -> None:
         for one in self.ear.heard["alerts"][self.told :]:
@@ -141,5 +164,6 @@ def tell(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as where:
-        tell(Path(where))
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    FOLDER.mkdir(parents=True)
+    tell(FOLDER)

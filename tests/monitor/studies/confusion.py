@@ -1,7 +1,7 @@
 """What the watch calls what: simulated causes through identification and watch. `make confusion`.
 
 Every axis is simulated, identified and judged window by window: 24 healthy windows, then 16 with the cause. Counted is
-what stands at the end, and what stood most of the time after the first finding.
+what stood most of the time after the cause began, and in brackets how many windows it took until something stood.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import collections
 import dataclasses
 
 import numpy as np
+from scipy.stats import beta
 
 from monitor.axis_run import drift_rule
 from monitor.config import Config
@@ -38,13 +39,14 @@ EXPECTED = {
 }  # fmt: skip
 
 
-def one_axis(cause: str, seed: int) -> str:
-    """What stands at the end of one axis' story; - for nothing."""
+def one_axis(cause: str, seed: int) -> tuple[str, int]:
+    """What stood most of the time in one axis' story, - for nothing; and with which window something first stood."""
     rng = np.random.default_rng([3, CAUSES.index(cause), seed])
     scenario = read_scenario("wear" if seed % 2 else "lubricant_loss")
     size = float(rng.uniform(0.6, 1.4))
     state, rule = DriftState(), drift_rule(scenario.axis, Config(site="study"))
     held: list[str] = []
+    first = 0
     for number in range(BEFORE + AFTER):
         part = max(number - BEFORE + 1, 0) / AFTER
         warmth = float(rng.normal(0, 2)) + (10.0 * size * min(3 * part, 1) if cause == "warm-up" else 0.0)
@@ -76,19 +78,43 @@ def one_axis(cause: str, seed: int) -> str:
         state, findings = judge(state, found, rule)
         if number >= BEFORE:
             held += [finding.kind.value for finding in findings if finding.holds]
-    return collections.Counter(held).most_common(1)[0][0] if held else "-"
+            if held and not first:
+                first = number - BEFORE + 1
+    return (collections.Counter(held).most_common(1)[0][0] if held else "-"), first
 
 
-def main(axes: int) -> None:
+def interval(right: int, total: int) -> tuple[float, float]:
+    """95 % interval of a share (Clopper & Pearson 1934)."""
+    low = beta.ppf(0.025, right, total - right + 1) if right else 0.0
+    high = beta.ppf(0.975, right + 1, total - right) if right < total else 1.0
+    return float(low), float(high)
+
+
+def main(axes: int, first: int, causes: tuple[str, ...]) -> None:
+    """One row per cause; seeds `first` and following."""
     right = total = 0
-    for cause in CAUSES:
-        counts = collections.Counter(one_axis(cause, seed) for seed in range(axes))
-        right, total = right + counts[EXPECTED[cause]], total + axes
-        print(f"{cause:16s} {dict(counts)}", flush=True)
-    print(f"right: {right} of {total}")
+    print(f"{'cause':16s} {'expected':16s} right  95 % interval  windows to the first finding  called")
+    for cause in causes:
+        told = [one_axis(cause, seed) for seed in range(first, first + axes)]
+        counts = collections.Counter(name for name, _ in told)
+        good = counts[EXPECTED[cause]]
+        right, total = right + good, total + axes
+        low, high = interval(good, axes)
+        found = [window for _, window in told if window]
+        took = f"median {np.median(found):.0f}" if found else "none"
+        called = ", ".join(f"{name} {count}" for name, count in counts.most_common())
+        print(
+            f"{cause:16s} {EXPECTED[cause]:16s} {good}/{axes}  {low:.2f} to {high:.2f}  {took:12s}  {called}",
+            flush=True,
+        )
+    low, high = interval(right, total)
+    print(f"right: {right} of {total}, 95 % {low:.2f} to {high:.2f}")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--axes", type=int, default=10)
-    main(parser.parse_args().axes)
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--cause", action="append", choices=CAUSES, help="only this one (may be repeated)")
+    chosen = parser.parse_args()
+    main(chosen.axes, chosen.first, tuple(chosen.cause or CAUSES))
