@@ -21,7 +21,7 @@ from identify.polish import polish
 from identify.preprocess import Samples, prepare
 from identify.problem import FrictionProblem
 from identify.profile import BETTER, Alternative, alternatives, doubtful
-from identify.promoted import describe_effects, with_effects
+from identify.promoted import describe_effects, with_effects, without_twin
 from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
 from identify.search import ROUGH, SearchResult, losses_by_gain, nearby, observer_search
 from identify.uncertainty import Uncertainty, uncertainty
@@ -99,7 +99,7 @@ def identify_friction(
         problem, found, spread, others = _look_along_the_valley(problem, found, spread)
     parameters = describe(problem, found.x, spread, others)
     if isinstance(problem, ExtendedProblem):
-        parameters.update(describe_effects(problem, found, spread))
+        parameters = without_twin(parameters | describe_effects(problem, found, spread))
     parameters = with_hints(samples, parameters, axis)
     usual, fastest = median_speed(samples)
     curve = FrictionCurve(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.random import Generator
@@ -28,7 +29,23 @@ from plant.effects import find
 
 Floats = NDArray[np.float64]
 
+CONSTANT, OFFSET = 4, "force_offset"  # index of the baseline's constant force, and the effect that takes its place
 KNOWN = 0.5  # half-width over the value, below which a parameter of an effect counts as identified
+
+
+class PromotedProblem(ExtendedProblem):
+    """The model of an axis with its effects: where `force_offset` is one of them, there is no constant force beside it.
+
+    Both push alike. With both, the prior of the constant force would be all that is known of how they share it.
+    """
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest scaled unknowns. (size,) each"""
+        low, high = super().bounds
+        if any(guise.name == OFFSET for guise in self.guises):
+            low[CONSTANT] = high[CONSTANT] = 0.0
+        return low, high
 
 
 def with_effects(
@@ -50,7 +67,7 @@ def with_effects(
     Raises:
         InputError: a name that no effect has.
     """
-    bare = ExtendedProblem(problem.samples, problem.axis, scales=problem.scales, first_state=problem.first_state)
+    bare = PromotedProblem(problem.samples, problem.axis, scales=problem.scales, first_state=problem.first_state)
     setting = setting_of(bare, found.x)
     ways = guises({name: find(name) for name in dict.fromkeys(names)}, setting)
     fit = Fit(bare, found)
@@ -118,3 +135,9 @@ def describe_effects(problem: ExtendedProblem, found: SearchResult, spread: Unce
                 full, quantity.value, quantity.unit, (low, high) if known else None, known, name in stuck
             )
     return described
+
+
+def without_twin(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """`parameters` without the constant force that `force_offset` has taken the place of."""
+    taken = any(name.startswith(f"{OFFSET}.") for name in parameters)
+    return {name: one for name, one in parameters.items() if not (taken and name == "constant_force")}

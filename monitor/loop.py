@@ -5,8 +5,6 @@ Belongs to the supervising thread; the work itself is done in the laboratory.
 
 from __future__ import annotations
 
-import dataclasses
-
 import structlog
 
 from monitor.alarm_desk import AlarmDesk, Publish
@@ -81,7 +79,15 @@ class Loop:
         for key, result in self._laboratory.collect():
             what, number = key.split()
             run = next((one for one in self._fleet if one.record.id == int(number)), None)
-            if run is None or isinstance(result, BaseException):
+            if run is None:
+                continue
+            if isinstance(result, BaseException):
+                if what == "diagnosis":
+                    run.mismatch.fail()
+                else:
+                    log.warning("stored windows could not be identified again: the baseline is learned anew",
+                                axis=run.record.name)  # fmt: skip
+                    self._restart(run, DriftState())
                 continue
             if what == "diagnosis":
                 self._diagnosed(run, result)
@@ -96,7 +102,7 @@ class Loop:
         """Store a diagnosis, bring the alarm up to date, tell."""
         if run.axis is None:
             return
-        run.mismatch.latest = diagnosis
+        run.mismatch.take(diagnosis)
         number = self._store.add_diagnosis(run.record.id, diagnosis)
         name, words = run.record.name, told(diagnosis)
         log.warning("diagnosis", axis=name, verdict=diagnosis.verdict, finding=words["finding"])
@@ -116,7 +122,7 @@ class Loop:
         made_of = run.drift.baseline.made_of if run.drift.baseline else ()
         ids = [WindowId(*one) for one in made_of] + [window.id for window in run.mismatch.windows]
         rows = self._store.windows_of(run.record.id, ids)
-        run.mismatch = dataclasses.replace(run.mismatch, latest=None, since=0, waited=0, asked=False)
+        run.mismatch.forget()
         jobs = []
         for row, window in rows:
             samples = self._read(run, window)

@@ -19,7 +19,9 @@ from monitor.store_records import DiagnosisRecord
 WINDOWS = 3  # diagnosed together; the last is held out
 SETTLED = 3  # windows the condition lasts before a diagnosis: all that are diagnosed show it
 GROWN = 1.5  # times the unexplained force of the last diagnosis
-APART, RETRY = 10, 4  # windows between two diagnoses; after one that found no name
+APART, RETRY = 10, 4  # windows between two diagnoses; after one that found no name, doubled with each such one ...
+LONGEST = 256  # ... up to this: what nobody can name costs hardly anything
+GONE = 10  # windows without the condition, after which it is forgotten: the next one is another
 STRUCTURE = 3.0  # times what a complete model leaves: a model that lacks something from the beginning
 
 
@@ -33,7 +35,9 @@ class MismatchWatch:
         waited: windows since the latest diagnosis.
         force: unexplained force at the latest diagnosis. [N or N·m]
         asked: the first diagnosis is on its way, or was made.
-        latest: diagnosis; None before the first, and after the model changed.
+        nameless: diagnoses one after the other that found no name, or came to nothing.
+        absent: windows for which the condition has been gone.
+        latest: diagnosis; None before the first, after the model changed, and when the condition is gone for good.
     """
 
     windows: collections.deque[Window] = field(default_factory=lambda: collections.deque(maxlen=WINDOWS))
@@ -41,7 +45,24 @@ class MismatchWatch:
     waited: int = 0
     force: float = 0.0
     asked: bool = False
+    nameless: int = 0
+    absent: int = 0
     latest: DiagnosisRecord | None = None
+
+    def take(self, diagnosis: DiagnosisRecord) -> None:
+        """A diagnosis was made, now or before a restart."""
+        self.latest, self.asked = diagnosis, True
+        self.nameless = 0 if promotable(diagnosis.result) else self.nameless + 1
+
+    def fail(self) -> None:
+        """A diagnosis crashed or took too long."""
+        self.nameless += 1
+
+    def forget(self) -> None:
+        """What was found does not count any more."""
+        self.latest, self.asked, self.nameless = None, False, 0
+        self.since = self.waited = 0
+        self.force = 0.0
 
     def note(self, window: Window, holds: bool, force: float) -> bool:
         """Take an informative window; True where a diagnosis is due.
@@ -53,15 +74,18 @@ class MismatchWatch:
         """
         self.windows.append(window)
         self.since = self.since + 1 if holds else 0
+        self.absent = 0 if holds else self.absent + 1
         self.waited += 1
+        if self.absent == GONE:
+            self.forget()
         if self.since < SETTLED or len(self.windows) < SETTLED:
             return False
-        if self.latest is None:
+        if self.latest is None and not self.nameless:
             due = not self.asked
-        elif promotable(self.latest.result):
+        elif self.latest is not None and promotable(self.latest.result):
             due = self.waited >= APART and force > GROWN * self.force
         else:
-            due = self.waited >= RETRY
+            due = self.waited >= min(RETRY * 2 ** max(self.nameless - 1, 0), LONGEST)
         if due:
             self.waited, self.force, self.asked = 0, force, True
         return due

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from collections.abc import Sequence
 
-from sqlalchemy import delete, insert, select, update
+from sqlalchemy import delete, func, insert, select, update
 
 from monitor.errors import QueryError
 from monitor.models import AlarmRow, AxisRow, WindowRow
@@ -69,6 +69,15 @@ class LifeStore(SharingStore):
             self._fence(db, [axis_id])
             row = insert(DiagnosisRow).values(axis_id=axis_id, **dataclasses.asdict(diagnosis))
             return int(db.execute(row.returning(DiagnosisRow.id)).scalar_one())
+
+    def latest_diagnosis(self, axis_id: int) -> DiagnosisRecord | None:
+        """The newest diagnosis of an axis as its model is now; None where there is none."""
+        begun = select(func.max(AxisVersionRow.from_ns)).where(AxisVersionRow.axis_id == axis_id).scalar_subquery()
+        query = select(DiagnosisRow.__table__).where(DiagnosisRow.axis_id == axis_id, DiagnosisRow.at_ns > begun)
+        names = [field.name for field in dataclasses.fields(DiagnosisRecord)]
+        with self._write() as db:
+            row = db.execute(query.order_by(DiagnosisRow.id.desc()).limit(1)).mappings().first()
+        return None if row is None else DiagnosisRecord(**{name: row[name] for name in names})
 
     def add_evidence(
         self,

@@ -64,7 +64,7 @@ class ExtendedProblem(FrictionProblem):
 
     def on(self, samples: Samples, first_state: Floats | None = None) -> ExtendedProblem:
         """The same model on other samples."""
-        return ExtendedProblem(
+        return type(self)(
             samples,
             self.axis,
             self.guises,
@@ -83,7 +83,7 @@ class ExtendedProblem(FrictionProblem):
 
     def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
         """The same data with other effects."""
-        return ExtendedProblem(
+        return type(self)(
             self.samples,
             self.axis,
             guises,

@@ -2,12 +2,16 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from identify import identify_friction
 from identify.errors import InputError
 from plant.axis_file import read_axis
+from plant.presets import paper_axis, paper_friction, paper_torque
+from plant.recording import Recording
 from plant.recording_files import read_recording_entry
+from plant.simulation import simulate
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 
@@ -69,6 +73,23 @@ def test_an_effect_that_this_axis_cannot_show_is_named_and_left_out(defective):
     result = identify_friction(recordings[1], rigid, effects=("backlash",))
     assert any("backlash" in note for note in result.preprocessing)
     assert not any(name.startswith("backlash") for name in result.parameters)
+
+
+def test_a_promoted_offset_takes_the_place_of_the_constant_force():
+    """Vertical, mass known: beside it, the constant force's prior (1 % of rated) would be all that is known of both."""
+    axis = paper_axis()
+    torque = paper_torque(axis)
+    offset = {"force_offset": {"force": 25.0}}
+    run = simulate(axis, paper_friction(), torque, sample_time=0.01, effects=offset)
+    noise = 2e-5 * np.random.default_rng(3).standard_normal(len(torque))
+    seen = Recording(t=run.t, force=axis.mechanics.gain * torque, position=run.position + noise, sample_time=0.01,
+                     hold=axis.stream.hold)  # fmt: skip
+    result = identify_friction(seen, axis, effects=("force_offset",))
+    assert "constant_force" not in result.parameters
+    found = result.parameters["force_offset.force"]
+    half = 0.5 * (found.ci95[1] - found.ci95[0])
+    assert half < 1.0 < 0.01 * axis.drive.rated_force
+    assert abs(found.value - 25.0) < 2.0 * half
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from monitor.errors import QueryError
+from monitor.evidence import unpack
+from monitor.evidence_replay import replay
 from monitor.laboratory import Laboratory
 from monitor.queries import Reader
 from monitor.workers import Workers
@@ -85,6 +87,7 @@ def test_a_rail_defect_from_its_first_newtons_to_its_repair(story):
     story.tell(range(SICK + 4, SICK + 8))
     assert story.active == {"wear"}  # the mismatch is explained; what grew has a name
     assert story.run.alarms["wear"].alert["evidence"]["indicator"] == "rail_defect.amplitude"
+    evidence_replays(bench)
     assert bench.heard("model")[-1]["effects"] == ["rail_defect"]
     assert 35 < bench.heard("model")[-1]["parameters"]["rail_defect.amplitude"]["value"] < 45
 
@@ -95,6 +98,19 @@ def test_a_rail_defect_from_its_first_newtons_to_its_repair(story):
         assert [one["why"] for one in reader.versions("axis-1")][1:] == ["promoted rail_defect", "demoted rail_defect"]
     with pytest.raises(QueryError, match="has no effect"):
         bench.order("demote", effect="rail_defect")
+
+
+def evidence_replays(bench):
+    """The bundle of the alert on a promoted effect gives the same verdict anew; without the effect other numbers."""
+    with Reader(bench.url) as reader:
+        kept = next(one for one in reader.evidence_list("axis-1") if one["kind"] == "wear")
+        bundle = unpack(reader.evidence(kept["number"]))
+    assert bundle.manifest["alert"]["evidence"]["indicator"] == "rail_defect.amplitude"
+    told = replay(bundle)
+    assert (told["same"], told["bit_for_bit"], told["differences"]) == (True, True, [])
+    assert told["holding"]["now"] == ["wear"]
+    bundle.manifest["axis"]["effects"] = {}
+    assert not replay(bundle)["bit_for_bit"]
 
 
 def history(bench, name):

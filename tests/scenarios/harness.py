@@ -44,7 +44,12 @@ def wait_for(condition, timeout, what):
 
 
 class Plant:
-    """A folder with configuration and axis files, and the daemon that runs on it."""
+    """A folder with configuration and axis files, and the daemon that runs on it.
+
+    `module` is what is run: `monitor`, or a wrapper of it.
+    """
+
+    module = "monitor"
 
     def __init__(self, folder: Path, axes=("axis-1",), settings: str = "") -> None:
         self.folder, self.port = folder, free_port()
@@ -84,7 +89,7 @@ class Plant:
         environment = os.environ | {"NUMBA_CACHE_DIR": str(ROOT / ".cache" / "numba")}
         with (self.folder / f"daemon-{self.starts}.log").open("wb") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "monitor", "run", "--config", str(self.config)],
+                [sys.executable, "-m", self.module, "run", "--config", str(self.config)],
                 stdout=log, stderr=subprocess.STDOUT, cwd=ROOT, env=environment, start_new_session=True,
             )  # fmt: skip
 

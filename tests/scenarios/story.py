@@ -154,12 +154,14 @@ def tell(folder: Path) -> None:
             for kind in teller.active():
                 teller.command("alerts", "acknowledge", AXIS, kind)
             wait_for(lambda: not teller.active(), 60, "every alarm back to normal")
+            heard = len(ear.heard["parameters"])
             ear.close()
         values = np.array(trend_of(plant))
     assert teller.promoted, "the daemon did not name the defect"
     print(f"trend of rail_defect.amplitude [N]: {np.round(values, 1).tolist()}")
     print(
-        f"{teller.sent} bursts, {time.monotonic() - begin:.0f} s: noticed, named, promoted, trended, repaired, normal"
+        f"{teller.sent} bursts ({heard} answers heard), {time.monotonic() - begin:.0f} s: noticed, named, promoted, "
+        "trended, repaired, normal"
     )
 
 
