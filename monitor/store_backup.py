@@ -35,7 +35,7 @@ def back_up(url: str, target: Path, progress: Progress = lambda _done, _total: N
         raise InputError(f"{target}: exists already; choose another name, back-ups are never overwritten")
     part = target.with_name(target.name + ".part")
     try:
-        part.unlink(missing_ok=True)
+        part.write_bytes(b"")  # here, so that what cannot be written is not taken for what cannot be read
         if parsed.get_backend_name() == "sqlite":
             _copy_sqlite(Path(parsed.database or ""), part, progress)
         else:
@@ -94,28 +94,28 @@ def restore(source: Path, url: str) -> Path | None:
     No daemon may run there. The back-up stays as it is.
 
     Raises:
-        InputError: `source` is no back-up of an SQLite history, or the history is on a server.
-        DatabaseError: the back-up is damaged, or of a newer program.
+        InputError: `source` is no sound back-up of an SQLite history, or the history is on a server.
+        DatabaseError: it is a database of something else, or of a newer program.
     """
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
         raise InputError("a history on a server is restored with pg_restore: see docs/history.md")
     if not source.is_file():
         raise InputError(f"{source}: no such back-up")
-    from monitor.database import make_engine
-    from monitor.schema import check_version
-
-    engine = make_engine(f"sqlite:///{source}", read_only=True)
-    try:
-        with explained(f"sqlite:///{source}"), engine.begin() as connection:
-            if check_version(connection, str(source)) is None:
-                raise DatabaseError(f"{source}: this is no history of tribowatch")
-    finally:
-        engine.dispose()
     place = Path(parsed.database or "")
     place.parent.mkdir(parents=True, exist_ok=True)
     fresh = place.with_name(place.name + ".part")
-    _copy_sqlite(source, fresh, lambda _done, _total: None)
+    try:
+        _check(source)
+        _copy_sqlite(source, fresh, lambda _done, _total: None)
+    except DatabaseError as error:
+        fresh.unlink(missing_ok=True)
+        if error.__cause__ is None:
+            raise
+        why = f"{error.__cause__}".splitlines()[0]
+        raise InputError(
+            f"{source}: no sound back-up ({why}); take another one, the history here is as it was"
+        ) from None
     moved = None
     if place.exists():
         moved = _free_name(place)
@@ -126,6 +126,20 @@ def restore(source: Path, url: str) -> Path | None:
                 companion.rename(moved.with_name(moved.name + tail))
     fresh.rename(place)
     return moved
+
+
+def _check(source: Path) -> None:
+    """Refuse what is no history, or one of a newer program."""
+    from monitor.database import make_engine
+    from monitor.schema import check_version
+
+    engine = make_engine(f"sqlite:///{source}", read_only=True)
+    try:
+        with explained(f"sqlite:///{source}"), engine.begin() as connection:
+            if check_version(connection, str(source)) is None:
+                raise DatabaseError(f"{source}: this is no history of tribowatch")
+    finally:
+        engine.dispose()
 
 
 def _free_name(place: Path) -> Path:

@@ -103,9 +103,17 @@ def test_what_is_no_back_up_is_refused_and_the_history_stays(kept, tmp_path):
             restore(garbage, kept)
         return
     before = what_it_says(kept)
-    for wrong, said in ((garbage, "not a database"), (empty, "no history of tribowatch")):
-        with pytest.raises(DatabaseError, match=said):
+    cut, whole = tmp_path / "cut", tmp_path / "whole"
+    back_up(kept, whole)
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    for wrong in (garbage, cut):
+        with pytest.raises(InputError, match="no sound back-up"):
             restore(wrong, kept)
+    with pytest.raises(DatabaseError, match="no history of tribowatch"):
+        restore(empty, kept)
+    with pytest.raises(InputError, match="cannot be written: No such file"):
+        back_up(kept, tmp_path / "nowhere" / "copy.db")
+    assert not list(tmp_path.rglob("*.part"))
     with pytest.raises(InputError, match="no such back-up"):
         restore(tmp_path / "none", kept)
     assert what_it_says(kept) == before
