@@ -127,7 +127,7 @@ def identify_friction(
         end=float(recording.t[-1]) + recording.period,
         curve=curve,
         observer=(float(found.setting[0]), float(found.setting[1])),
-        latent_force=latent_force(problem, found),
+        latent_force=latent_force(problem, found.x, found.gain),
         preprocessing=samples.removed,
     )
 

@@ -31,7 +31,7 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from identify.gain_drift import gain_drift
-from identify.observer import strength
+from identify.latent import supplied_force
 from identify.problem import FrictionProblem
 from identify.rounding import rounding_scatter
 
@@ -112,8 +112,7 @@ def breakaway_variance(problem: FrictionProblem, x: Floats, gain: Floats, error:
 
     The machine leaves its rest when the sum of both passes the static force, and the model knows of one of them only.
     """
-    rho = strength(gain, problem.samples.sample_time)
-    latent = rho * float(np.sqrt(np.mean(error**2))) * float(problem.law(x[None])[4, 0])
+    latent = supplied_force(problem, x, gain, error)
     return (BREAKAWAY * latent / problem.scales.force) ** 2
 
 

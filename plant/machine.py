@@ -18,7 +18,7 @@ from plant.errors import InputError
 from plant.kernels import laws as row
 from plant.kernels.laws import LANES, ROWS
 from plant.kernels.machine import SWITCHED, TWO_MASSES, WITH_BRISTLES, run
-from plant.kernels.shift import delay_all, delay_pieces
+from plant.kernels.shift import delay_pieces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -255,18 +255,6 @@ def drive_forces(t: Floats, start: Floats, end: Floats, delays: Floats) -> Float
     force = np.empty((len(start), 5, len(delays)))
     delay_pieces(t, np.ascontiguousarray(start), np.ascontiguousarray(end), delays, force)
     return force
-
-
-def delayed_columns(t: Floats, start: Floats, end: Floats, delays: Floats) -> tuple[Floats, Floats]:
-    """Drive force for each delay as one line per sample: start and end. [N] (n - 1, len(delays)) each."""
-    first, last = np.empty((len(delays), len(start))), np.empty((len(delays), len(start)))
-    early, late = np.ascontiguousarray(start), np.ascontiguousarray(end)
-    for j, delay in enumerate(delays):
-        if j and delay == delays[j - 1]:
-            first[j], last[j] = first[j - 1], last[j - 1]
-        else:
-            delay_all(t, early, late, delay, first[j], last[j])
-    return np.ascontiguousarray(first.T), np.ascontiguousarray(last.T)
 
 
 def _constants(machine: Machine) -> dict[int, Floats]:

@@ -12,7 +12,8 @@ from plant.axis import TorqueHold
 from plant.effects import find, names
 from plant.effects.effect import Surroundings
 from plant.kernels import CACHE_FOLDER
-from plant.machine import delayed_columns, march, plan
+from plant.kernels.laws import LANES
+from plant.machine import drive_forces, march, plan
 from plant.presets import paper_axis, paper_friction
 from plant.simulation import simulate_population
 
@@ -33,7 +34,7 @@ def jobs() -> Iterator[Job]:
 
     yield "machine", machine
     yield "population", population
-    yield "dead time", lambda: delayed_columns(t, force[:-1], force[1:], np.zeros(1))
+    yield "dead time", lambda: drive_forces(t, force[:-1], force[1:], np.full(LANES, 0.001))
     for name in names():
         yield name, lambda name=name: [law.address for law in find(name).laws]  # type: ignore[misc]
 

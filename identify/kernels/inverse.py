@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from plant.kernels.laws import END, EXTRA, LANES, MASS, MOTOR_MASS, MOTOR_POSITION, MOTOR_SPEED, POSITION, SPEED, START
-from plant.kernels.machine import TWO_MASSES, advance_sample
+from plant.kernels.laws import EXTRA, LANES, MASS, MOTOR_MASS, MOTOR_POSITION, MOTOR_SPEED, POSITION, SPEED
+from plant.kernels.machine import TWO_MASSES, advance_sample, load
 from plant.kernels.step import FASTMATH
 
 Floats = NDArray[np.float64]
@@ -19,8 +19,7 @@ def unexplained_force(
     block: Floats,
     laws: Ints,
     structure: int,
-    force_start: Floats,
-    force_end: Floats,
+    drive: Floats,
     position: Floats,
     velocity: Floats,
     t: Floats,
@@ -39,8 +38,7 @@ def unexplained_force(
         block: the machine, see `plant.kernels.laws`.
         laws: active laws.
         structure: bits for two masses and bristles.
-        force_start: drive force just after each sample. [N] (n,)
-        force_end: drive force just before the next. [N] (n,)
+        drive: drive force of each sample as `plant.kernels.machine.load` takes it. [N] (n, 2 or 5, 1 or LANES)
         position: measured, smooth. [m] (n,)
         velocity: its derivative. [m/s] (n,)
         t: time. [s] (n,)
@@ -64,6 +62,7 @@ def unexplained_force(
             b[MOTOR_POSITION + j] += position[k] - b[POSITION + j]
             b[MOTOR_SPEED + j] += velocity[k] - b[SPEED + j]
             b[POSITION + j], b[SPEED + j] = position[k], velocity[k]
-            b[START + j], b[END + j], b[EXTRA + j] = force_start[k], force_end[k], 0.0
+            b[EXTRA + j] = 0.0
+        load(b, drive, k)
         advance_sample(b, laws, structure, t[k], steps[k], substeps)
         out[k] = mass * (velocity[k + 1] - b[SPEED]) / steps[k]

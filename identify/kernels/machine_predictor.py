@@ -13,7 +13,6 @@ from plant.kernels.laws import (
     BRISTLE_STIFFNESS,
     BUMP,
     COULOMB,
-    END,
     EXTRA,
     HALF_GAP,
     INVERSE_STRIBECK,
@@ -24,10 +23,9 @@ from plant.kernels.laws import (
     MOTOR_SPEED,
     POSITION,
     SPEED,
-    START,
     STIFFNESS,
 )
-from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, advance_sample
+from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, advance_sample, load
 from plant.kernels.step import FASTMATH
 
 Floats = NDArray[np.float64]
@@ -55,8 +53,7 @@ def predict_machine(
     block: Floats,
     laws: Ints,
     structure: int,
-    force_start: Floats,
-    force_end: Floats,
+    drive: Floats,
     position: Floats,
     t: Floats,
     steps: Floats,
@@ -75,8 +72,7 @@ def predict_machine(
         block: the machines, see `plant.kernels.laws`; its states as they are before a run. (rows * LANES,)
         laws: active laws. (l, 4)
         structure: bits for two masses and bristles.
-        force_start: drive force just after each sample [N]; a column each when a delay differs. (n, 1 or LANES)
-        force_end: drive force just before the next one. [N] (n, 1 or LANES)
+        drive: drive force of each sample as `plant.kernels.machine.load` takes it. [N] (n, 2 or 5, 1 or LANES)
         position: measured. [m] (n,)
         t: time since the start of the recording. [s] (n,)
         steps: time to the next sample; not used at the end of a run. [s] (n,)
@@ -90,7 +86,7 @@ def predict_machine(
         error: measured minus predicted position. [m] (n, LANES)
     """
     n, size = position.shape[0], block.shape[0]
-    lanes_of_force = force_start.shape[1]
+    own_force = drive.shape[2] == LANES
     two, bristles = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0
     hidden = POSITION if observed == MOTOR_POSITION else MOTOR_POSITION
     side = -1.0 if observed == MOTOR_POSITION else 1.0
@@ -105,7 +101,7 @@ def predict_machine(
                 b[observed + j] = start[2 * current, j]
                 b[SPEED + j] = start[2 * current + 1, j]
                 b[MOTOR_SPEED + j] = start[2 * current + 1, j]
-                carried = force_start[k, j if lanes_of_force > 1 else 0]
+                carried = drive[k, 0, j if own_force else 0]
                 stretch = carried / b[STIFFNESS + j] if two else 0.0
                 stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
                 b[hidden + j] = start[2 * current, j] + side * stretch
@@ -123,10 +119,8 @@ def predict_machine(
             b[MOTOR_SPEED + j] += dv
             d[j] += gain[2, j] * e
             b[EXTRA + j] = (b[MASS + j] + (b[MOTOR_MASS + j] if two else 0.0)) * d[j]
-            column = j if lanes_of_force > 1 else 0
-            b[START + j] = force_start[k, column]
-            b[END + j] = force_end[k, column]
         if k + 1 < n and run[k + 1] == current:
+            load(b, drive, k)
             advance_sample(b, laws, structure, t[k], steps[k], substeps)
             for j in range(LANES):
                 d[j] *= gain[3, j]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identify.criterion import noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
+from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
 from identify.observer import gain_table
 from identify.preprocess import Samples
@@ -53,10 +54,7 @@ class Fit:
     @cached_property
     def latent_force(self) -> float:
         """Force the observer supplies where the model has none: rho sigma m_e. [N]."""
-        error = self.problem.errors(self.x[None], self.found.gain)[:, 0]
-        sigma = float(np.sqrt(np.mean(error**2)))
-        innovation = float(np.sqrt(max(1.0 - self.found.gain[0], 0.05)))  # of the innovation, what is sensor noise
-        return float(self.found.setting[1] * sigma * innovation * self.problem.law(self.x[None])[4, 0])
+        return latent_force(self.problem, self.x, self.found.gain)
 
     def terms(self) -> Floats:
         """Log-likelihood of each sample. (n,)"""

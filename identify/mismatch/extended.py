@@ -6,6 +6,7 @@ Everything written for the baseline (polish, homotopy, uncertainty, short-run cr
 from __future__ import annotations
 
 import itertools
+import math
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +19,7 @@ from identify.problem import FINEST_SUBSTEP, FrictionProblem, Scales
 from plant.axis import Axis
 from plant.effects.effect import Surroundings
 from plant.kernels.laws import LANES
-from plant.machine import Blocks, Plan, delayed_columns
+from plant.machine import Blocks, Plan, drive_forces
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +51,7 @@ class ExtendedProblem(FrictionProblem):
         """
         super().__init__(samples, axis, scales=scales, first_state=first_state)
         self.base = self.p
+        self._usual = self.substeps
         self.most_substeps = most_substeps
         self.guises = tuple(sorted(guises, key=lambda guise: (guise.effect.order, guise.name)))
         self.p = self.base + sum(guise.size for guise in self.guises)
@@ -75,10 +77,9 @@ class ExtendedProblem(FrictionProblem):
         )
 
     def refined(self, longest_substep: float = FINEST_SUBSTEP) -> ExtendedProblem:
-        """The same problem marched in finer steps."""
+        """The same problem marched in other steps; those that effects ask for change in proportion."""
         finer = self.on(self.samples, self.first_state)
         finer.substeps = max(1, int(np.ceil(self.samples.sample_time / longest_substep - 1e-9)))
-        finer.most_substeps = 4 * self.most_substeps
         return finer
 
     def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
@@ -150,21 +151,20 @@ class ExtendedProblem(FrictionProblem):
         s = self.samples
         if self._lane_error.shape != (len(s), padded):
             self._lane_error = np.empty((len(s), padded))
-        substeps = max(self.substeps, min(blocks.substeps(s.sample_time), self.most_substeps))
+        asked = min(blocks.substeps(s.sample_time), self.most_substeps)
+        substeps = max(self.substeps, math.ceil(asked * self.substeps / self._usual))
         one = np.empty((len(s), LANES))
         scratch = np.empty(blocks.b.shape[1] + LANES)
         for i in range(count):
             lanes = slice(i * LANES, (i + 1) * LANES)
-            first, last = self.columns(blocks.delay[fill[lanes]])
+            drive = self.drive(blocks.delay[fill[lanes]])
             if push is not None:
-                more = push[:, fill[lanes]]
-                first, last = np.ascontiguousarray(first + more), np.ascontiguousarray(last + more)
+                drive = _on_top(drive, push[:, fill[lanes]])
             predict_machine(
                 blocks.b[i],
                 blocks.laws,
                 blocks.structure,
-                first,
-                last,
+                drive,
                 s.position,
                 s.t,
                 s.steps,
@@ -180,23 +180,28 @@ class ExtendedProblem(FrictionProblem):
             self._lane_error[:, lanes] = one
         return self._lane_error[:, :m]
 
-    def _drive_force(self) -> tuple[Floats, Floats]:
-        """Drive force just after each sample and just before the next. [N] (n, 1) each"""
+    def _drive_force(self) -> Floats:
+        """Drive force just after each sample and just before the next. [N] (n, 2, 1)"""
         force = self.samples.force
         after = np.append(force[1:], force[-1]) if self.samples.linear else force
-        return np.ascontiguousarray(force[:, None]), np.ascontiguousarray(after[:, None])
+        return np.ascontiguousarray(np.stack([force, after], axis=1)[:, :, None])
 
-    def columns(self, delay: Floats) -> tuple[Floats, Floats]:
-        """Drive force for each lane's dead time [s]: one column where there is none."""
+    def drive(self, delay: Floats) -> Floats:
+        """Drive force for the dead time of each lane [s], exactly. [N] (n, 2, 1) or (n, 5, lanes) where it is late."""
         if not delay.any():
             return self._drive
         s = self.samples
-        first, last = np.empty((len(s), len(delay))), np.empty((len(s), len(delay)))
-        for a, b in itertools.pairwise([*s.first.tolist(), len(s)]):
-            if b - a < 2:
-                first[a:b], last[a:b] = self._drive[0][a:b], self._drive[1][a:b]
-                continue
-            early, late = delayed_columns(s.t[a:b], self._drive[0][a : b - 1, 0], self._drive[1][a : b - 1, 0], delay)
-            first[a : b - 1], last[a : b - 1] = early, late
-            first[b - 1], last[b - 1] = late[-1], late[-1]
-        return first, last
+        late = np.empty((len(s), 5, len(delay)))
+        for a, b in itertools.pairwise(s.edges.tolist()):
+            start, end = self._drive[a : b - 1, 0, 0], self._drive[a : b - 1, 1, 0]
+            if b - a > 1:
+                late[a : b - 1] = drive_forces(s.t[a:b], start, end, delay)
+            late[b - 1] = late[b - 2] if b - a > 1 else self._drive[b - 1, [0, 1, 1, 0, 1]]
+        return late
+
+
+def _on_top(drive: Floats, push: Floats) -> Floats:
+    """Drive force with `push` (n, lanes) [N] added, held over each sample."""
+    more = np.repeat(drive, push.shape[1], axis=2) if drive.shape[2] == 1 else drive.copy()
+    more[:, [0, 1, 3, 4][: 4 if drive.shape[1] == 5 else 2]] += push[:, None]
+    return more

@@ -13,7 +13,7 @@ from identify.kernels.inverse import unexplained_force
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
-from plant.kernels.laws import POSITION
+from plant.kernels.laws import LANES, POSITION
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -61,7 +61,7 @@ def unexplained(
         return None
     rate = 1.0 / samples.sample_time
     sections = butter(ORDER, min(highest_cut, CUT_SHARE * rate) / (0.5 * rate), output="sos")
-    first, last = problem.columns(np.full(1, blocks.delay[0]))
+    drive = problem.drive(np.full(LANES, blocks.delay[0]))
     index, force, lacking = [], [], []
     for a, b in itertools.pairwise([*samples.first.tolist(), len(samples)]):
         if b - a < FEWEST:
@@ -73,8 +73,7 @@ def unexplained(
             blocks.b[0],
             blocks.laws,
             blocks.structure,
-            np.ascontiguousarray(first[a:b, 0]),
-            np.ascontiguousarray(last[a:b, 0]),
+            drive[a:b],
             position,
             velocity,
             samples.t[a:b],

@@ -1,8 +1,7 @@
 """Dead time: the drive force of an earlier moment, interpolated as the samples are meant (held or linear).
 
 Over one sample the delayed force jumps (held) or bends (linear) where an older sample begins: two pieces, and the
-sub-step that contains the switch gets their mean. A reader that knows one straight line per sample alone gets the line
-with the same mean and the same first moment: good for the motion, but not for a load at the edge of breaking away.
+sub-step that contains the switch gets their mean.
 """
 
 from __future__ import annotations
@@ -86,13 +85,6 @@ def delayed_pieces(
         after - (after - after_switch) / (1.0 - switch),
         after,
     )
-
-
-@njit(cache=True, nogil=True)
-def delay_all(t: Floats, start: Floats, end: Floats, delay: float, new_start: Floats, new_end: Floats) -> None:
-    """Fill `new_start` and `new_end` (n - 1,) with the force `delay` seconds late, one line per sample."""
-    for k in range(t.shape[0] - 1):
-        new_start[k], new_end[k] = delayed(t, start, end, k, delay)
 
 
 @njit(cache=True, nogil=True)
