@@ -19,8 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RUN_LENGTH = 1.0  # s, design.md
-REACHES = np.array([2, 3, 5, 8, 12, 18])  # samples to each side of a smoothed state; the widest that fits
-FITS = 1.5  # times the noise: residual of a local parabola that still counts as fitting
+REACHES = np.array([2, 3, 5, 8, 12, 18, 27])  # samples to each side of a smoothed state, see `parabolas`
 FREE = np.zeros(4)
 
 
@@ -33,8 +32,8 @@ def noise_level(position: Floats) -> float:
 def smoothed_states(samples: Samples, at: Ints) -> Floats:
     """Position and velocity at samples `at` (k,), by local parabolas as wide as the noise asks for. (k, 2)"""
     states = np.empty((len(at), 2))
-    limit = FITS * noise_level(samples.position)
-    parabolas(samples.t, samples.position, samples.edges, samples.run, at, REACHES, samples.sample_time, limit, states)
+    noise = noise_level(samples.position)
+    parabolas(samples.t, samples.position, samples.edges, samples.run, at, REACHES, samples.sample_time, noise, states)
     return states
 
 
