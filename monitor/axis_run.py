@@ -53,6 +53,9 @@ class AxisRun:
         visited: when its turn was in the rounds. [s]
         pruned: when its journal was tidied up. [s]
         queued: it waits for its turn at the workers.
+        key: under which its samples came.
+        asked: when its publishers' caches were asked for what is missing, while that is under way. [s]
+        fetched: when that ended last. [s]
         outcome: what was settled since the last commit.
         heard: monotonic time of the latest message. [s] None = not since the start
         dirty: a counter changed since the last commit.
@@ -81,6 +84,9 @@ class AxisRun:
     visited: float = -math.inf
     pruned: float = -math.inf
     queued: bool = False
+    key: str = ""
+    asked: float | None = None
+    fetched: float = -math.inf
     outcome: Outcome = field(default_factory=Outcome)
     heard: float | None = None
     dirty: bool = False

@@ -16,12 +16,16 @@ PATIENCE = 3.0  # s that one put waits for room; below Zenoh's leases (5 s), and
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A payload as it arrived: key, encoding, bytes, and when, on the monotonic clock. [s]"""
+    """A payload as it arrived: key, encoding, bytes, and when, on the monotonic clock. [s]
+
+    `complete` marks the end of what was fetched of the key; there is no payload then.
+    """
 
     key: str
     encoding: str
     payload: bytes
     arrived: float
+    complete: bool = False
 
 
 class Inbox:

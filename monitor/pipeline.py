@@ -48,12 +48,13 @@ class Pipeline:
         commands: CommandBox | None = None,
         laboratory: Laboratory | None = None,
         owns: Callable[[str], bool] = lambda _name: True,
+        fetch: Callable[[str], bool] | None = None,
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], int] = time.time_ns,
     ) -> None:
         """Take up every listed axis of ours where the history left it; `commands` are executed in every turn.
 
-        Diagnoses are made in `laboratory`, by default one of our own.
+        Diagnoses are made in `laboratory`, by default one of our own; `fetch` is that of the reception.
         """
         self._config, self._store, self._inbox = config, store, inbox
         self._clock, self._last_commit = clock, clock()
@@ -64,7 +65,7 @@ class Pipeline:
         self.room = Room.of_database(config.database_url, config.history.reserve_mb, clock)
         self._retention = Retention(config.history, self.fleet, store, wall)
         self.rounds = Rounds(config, self.fleet, store, self.alarms, publish, self.room, clock, wall)
-        self.reception = Reception(self.fleet, store, self.rounds.acknowledge, clock, wall)
+        self.reception = Reception(self.fleet, store, self.rounds.acknowledge, clock, wall, fetch)
         laboratory = laboratory or Laboratory(config.diagnosis.timeout_seconds)
         self.loop = Loop(config, self.fleet, store, self.alarms, publish, laboratory)
         self.conclusion = Conclusion(config, store, self.alarms, publish, self.room, self.loop.consider)

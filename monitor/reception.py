@@ -11,11 +11,13 @@ from monitor.errors import DatabaseError
 from monitor.fleet import Fleet
 from monitor.inbox import Message
 from monitor.store import Store
+from monitor.windows import Assembler
 from plant.errors import PayloadError
 from plant.wire import Block, decode_block
 
 log = structlog.get_logger()
 
+FETCHING = 15.0  # s that a fetch may take, or wait for its turn, before gaps are declared without it
 LOGGED = {10**k for k in range(18)}  # of many equal refusals
 
 
@@ -29,10 +31,14 @@ class Reception:
         acknowledge: Callable[[AxisRun], None],
         clock: Callable[[], float],
         wall: Callable[[], int],
+        fetch: Callable[[str], bool] | None = None,
     ) -> None:
-        """`acknowledge` is called for every axis whose samples were committed. `clock` in s, `wall` in ns."""
+        """`acknowledge` is called for every axis whose samples were committed. `clock` in s, `wall` in ns.
+
+        `fetch` asks the publishers' caches for all they hold of a key; False = too many are being asked.
+        """
         self._fleet, self._store, self._acknowledge = fleet, store, acknowledge
-        self._clock, self._wall = clock, wall
+        self._clock, self._wall, self._fetch = clock, wall, fetch
         self._holding: dict[int, AxisRun] = {}  # axes with blocks that wait for missing ones before them
 
     def receive(self, messages: list[Message], dropped: Mapping[str, int]) -> None:
@@ -56,6 +62,9 @@ class Reception:
                 run.reject("queue_full", count)
 
     def _take(self, run: AxisRun, message: Message) -> None:
+        if message.complete:
+            run.asked, run.fetched = None, self._clock()
+            return
         run.heard = message.arrived
         run.delay = self._clock() - message.arrived
         block = self._read(run, message)
@@ -71,6 +80,7 @@ class Reception:
         run.add(assembler.offer(samples_of(block), self._clock()))  # patience begins at its turn, not in the queue
         if assembler.held:
             self._holding[run.record.id] = run
+            run.key = message.key
 
     def _read(self, run: AxisRun, message: Message) -> Block | None:
         """The block of a message; None and one more refusal where it is none of this axis."""
@@ -89,9 +99,22 @@ class Reception:
         """Declare the gaps that were waited for long enough at `now` [s]."""
         for row, run in list(self._holding.items()):
             assert run.assembler is not None
-            run.add(run.assembler.settle(now))
+            run.add(run.assembler.settle(now, self._is_fetching(run, run.assembler, now)))
             if not run.assembler.held:
                 del self._holding[row]
+
+    def _is_fetching(self, run: AxisRun, assembler: Assembler, now: float) -> bool:
+        """Whether what is missing may be on its way; asks for it, once before a gap is declared."""
+        since, patience = assembler.stuck_since, assembler.rule.patience
+        if self._fetch is None or since is None or now - since >= FETCHING:
+            return False
+        if run.asked is not None:
+            return True
+        if now - since < patience / 2 or run.fetched >= since:
+            return False
+        if self._fetch(run.key):
+            run.asked = now
+        return True
 
     def commit(self) -> None:
         """Write what was settled; after this, and only after this, it is acknowledged."""

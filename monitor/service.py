@@ -79,6 +79,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.publish_zenoh import Publications
     from monitor.pulse import Pulse
     from monitor.query_zenoh import HistoryServer
+    from monitor.recovery_zenoh import Recovery
     from monitor.sharing import Roster
     from monitor.sharing_zenoh import Attendance
     from monitor.store import Store
@@ -131,8 +132,9 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
             if roster.member:
                 store.claim(roster.member, [name for name in axes if ours(name)])
             pipeline = Pipeline(
-                config, axes, store, workers, inbox, publish, commands=commands, laboratory=laboratory, owns=ours
-            )
+                config, axes, store, workers, inbox, publish,
+                commands=commands, laboratory=laboratory, owns=ours, fetch=Recovery(session, inbox).fetch,
+            )  # fmt: skip
             pipeline.tell_untold()
             intake = Intake(session, config.site, net.prefix, inbox)  # anew: publishers send again what they keep
             watched = sum(ours(name) for name in axes)

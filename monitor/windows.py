@@ -75,13 +75,19 @@ class Assembler:
         while len(self._held) > most.held_blocks or sum(len(one) for one, _ in self._held.values()) > most.held_samples:
             self._give_up_waiting(out)
 
-    def settle(self, now: float) -> Outcome:
+    @property
+    def stuck_since(self) -> float | None:
+        """Since when blocks wait for missing ones, and none came in order; None where none waits. [s]"""
+        return max(self._moved, min(at for _, at in self._held.values())) if self._held else None
+
+    def settle(self, now: float, fetching: bool = False) -> Outcome:
         """Declare the gaps that were waited for long enough.
 
-        While blocks still come in order nothing is missing before them: a recovery is on its way.
+        While blocks still come in order nothing is missing before them. With `fetching` none is declared: what is
+        missing may be on its way.
         """
         out = Outcome()
-        while self._held and now - max(self._moved, min(at for _, at in self._held.values())) >= self.rule.patience:
+        while not fetching and (since := self.stuck_since) is not None and now - since >= self.rule.patience:
             block, arrived = self._held[min(self._held)]
             if not self._is_stray(block):
                 self._give_up_waiting(out)

@@ -27,7 +27,7 @@ SMALL = {"window": {"samples": 200, "hop": 200}, "intake": {"stale_after": 100.0
 class Bench:
     """A pipeline on a clock that only the test moves."""
 
-    def __init__(self, folder, workers, axes=(AXIS,), laboratory=None, **settings):
+    def __init__(self, folder, workers, axes=(AXIS,), laboratory=None, fetch=None, **settings):
         self.now = 1000.0
         self.url = f"sqlite:///{folder / 'tribowatch.db'}"
         self.store = Store(self.url)
@@ -38,7 +38,8 @@ class Bench:
         self.pipeline = Pipeline(
             Config(site="site", state_dir=folder, **{**SMALL, **settings}), {axis.name: axis for axis in axes},
             self.store, workers, self.inbox, self.publish,
-            commands=self.commands, laboratory=laboratory, clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
+            commands=self.commands, laboratory=laboratory, fetch=fetch,
+            clock=lambda: self.now, wall=lambda: int(self.now * 1e9),
         )  # fmt: skip
 
     def publish(self, what, axis, content):
@@ -137,6 +138,46 @@ def test_a_stray_epoch_in_a_pause_stops_neither_windows_nor_watch_after_a_restar
     assert again.store.read(1, WindowId(5, 800, 200)).seq == 800  # the newest two are kept, the stray's samples are not
     with pytest.raises(DatabaseError):
         again.store.read(1, WindowId(2**62, 10**12, 100))
+
+
+def test_what_a_publisher_still_has_is_fetched_before_a_gap_is_declared(tmp_path, workers):
+    asked = []
+    bench = Bench(tmp_path, workers, fetch=lambda key: asked.append(key) is None)
+    torque, position = burst(AXIS, samples=600)
+    blocks = list(blocks_of("axis-1", 1, 0, START_NS, torque, position))
+    for block in (*blocks[:1], *blocks[3:]):
+        bench.put(block)
+    bench.step()
+    bench.step(1.1)
+    bench.step(8.0)  # a busy computer: the patience is long over
+    assert asked == ["tribowatch/site/axis-1/samples"]
+    assert bench.heard("status")[-1]["missing"] == 0
+    for block in blocks[:2]:  # the cache has lost the third one
+        bench.put(block)
+    bench.inbox.put(Message(asked[0], "", b"", bench.now, complete=True))
+    bench.step()
+    bench.step(3.0)
+    bench.step()
+    status = bench.heard("status")[-1]
+    assert (status["committed"]["seq"], status["missing"], status["samples"]) == (599, 100, 500)
+    assert status["rejected"] == {"duplicates": 100}
+    assert len(asked) <= 2
+    bench.finish()
+
+
+def test_a_fetch_that_never_ends_holds_a_gap_up_no_longer_than_it_may_take(tmp_path, workers):
+    bench = Bench(tmp_path, workers, fetch=lambda _key: False)
+    torque, position = burst(AXIS, samples=600)
+    blocks = list(blocks_of("axis-1", 1, 0, START_NS, torque, position))
+    for block in (*blocks[:1], *blocks[2:]):
+        bench.put(block)
+    bench.step()
+    bench.step(14.0)
+    assert bench.heard("status")[-1]["missing"] == 0
+    bench.step(2.0)
+    bench.step()
+    assert bench.heard("status")[-1]["missing"] == 100
+    bench.finish()
 
 
 def test_silence_is_stale_and_resolves_nothing(bench):
