@@ -44,6 +44,8 @@ def _axis(before: Status | None, now: Status) -> list[str]:
     lines = []
     if now["refused"] and (before is None or before["refused"] != now["refused"]):
         lines.append(f"nothing is sent: {now['refused']}")
+    if before is not None and before["refused"] and not now["refused"]:
+        lines.append("samples are sent again: what the drive sends fits the layout now")
     if now["suspicion"] and (before is None or not before["suspicion"]):
         lines.append(now["suspicion"])
     for key, words in (("state", "drive is in state"), ("nmt", "node is")):

@@ -94,7 +94,7 @@ class Assembler:
     def finish(self) -> list[tuple[str, Piece]]:
         """What is left when no frame comes any more: the last sample."""
         pieces = self._by_sync(batch([]), last=True) if self._time.clock is Clock.SYNC else []
-        return [*pieces, *((name, piece) for name, axis in self.axes.items() for piece in axis.finish())]
+        return [*pieces, *((name, piece) for name, axis in self.axes.items() for piece in axis.judgement.finish())]
 
     def refused(self, axis: str) -> str | None:
         """Why nothing is sent of `axis`: the layout does not fit what the drive sends; None when all is well."""
@@ -183,8 +183,7 @@ class Assembler:
 
     def _assemble(self, frames: Frames, marks: Marks) -> list[tuple[str, Piece]]:
         for axis in self.axes.values():
-            axis.clock_judged = self.clock.judged
-            axis.counters.refused = axis.counters.refused or self.clock.misfit
+            axis.judgement.note_clock(self.clock.judged, self.clock.misfit)
         return [(name, piece) for name, axis in self.axes.items() for piece in axis.take(frames, marks)]
 
     def _by_arrival(self, fresh: Frames) -> list[tuple[str, Piece]]:

@@ -13,8 +13,8 @@ from plant import cia402
 from plant.can_batch import Frames, batch, join
 from plant.can_clock import Tick
 from plant.can_counters import AxisCounters
+from plant.can_judgement import Judgement
 from plant.can_layout import AxisLayout, Bytes, Frame, Signal, decode_signal, raw_values
-from plant.can_widths import ENOUGH, misfit
 from plant.recording import Floats
 from plant.wire import Stamps
 from plant.wire_rules import CHANNELS
@@ -75,15 +75,12 @@ class AxisAssembly:
         """Nothing seen yet."""
         self.layout, self.node, self.counters = layout, layout.node, AxisCounters()
         self.next_seq = 0
-        self.clock_judged = True
+        self.judgement = Judgement(self.counters, rule.judge, period)
         self._rule = rule
         self._absent = round(rule.absent / period)
         self._sent = tuple(name for name in layout.channels() if name in CHANNELS)
-        self._held: dict[int, Bytes] = {}  # latest payload of frames that need not come with every sample
+        self._held: dict[Frame, Bytes] = {}  # latest payload of frames that need not come with every sample
         self._last: tuple[int, int, int] | None = None  # index, stamp, segment of the last sample
-        self._judged = not rule.judge
-        self._early: list[Piece] = []
-        self._raw: list[dict[str, tuple[Signal, NDArray[np.int64] | Floats]]] = []
         self._waiting = batch([])  # by arrival: frames of the sample that is not complete yet
         self._arrived = -(2**62)
         self._segment = 0
@@ -97,6 +94,9 @@ class AxisAssembly:
         if len(good):
             self.counters.heartbeats += len(good)
             self.counters.boot_ups += int(np.sum(good == cia402.BOOT_UP))
+            started = np.any(good != cia402.OPERATIONAL) or self.counters.nmt not in (None, cia402.NMT_STATES[5])
+            if started:  # mapped anew?
+                self.judgement.anew()
             self.counters.nmt = cia402.NMT_STATES.get(int(good[-1]), f"unknown ({int(good[-1])})")
 
     def alarm(self, data: Bytes, lengths: Indices) -> None:
@@ -113,17 +113,17 @@ class AxisAssembly:
         """Give the samples between `marks`."""
         count = len(marks.index)
         present = np.ones(count, dtype=bool)
-        payloads: dict[int, tuple[NDArray[np.bool_], Bytes]] = {}
+        payloads: dict[Frame, tuple[NDArray[np.bool_], Bytes]] = {}
         for frame in self.layout.frames:
-            rows = np.flatnonzero(frames.keys[: marks.at[-1]] == frame.key)
-            rows = rows[rows >= marks.at[0]]
+            rows = _rows_of(frame, frames)
+            rows = rows[(rows >= marks.at[0]) & (rows < marks.at[-1])]
             groups = np.searchsorted(marks.at, rows, side="right") - 1
             if frame.is_sampled:
                 there, payload = self._once(frame, frames, rows, groups, count)
                 present &= there
             else:
                 there, payload = self._latest(frame, frames, rows, marks.at)
-            payloads[frame.key] = there, payload
+            payloads[frame] = there, payload
         values = self._decode(payloads, present)
         return self._number_samples(marks, present, values)
 
@@ -143,25 +143,25 @@ class AxisAssembly:
         self, frame: Frame, frames: Frames, rows: NDArray[np.intp], at: Indices
     ) -> tuple[NDArray[np.bool_], Bytes]:
         """The latest frame up to the end of each sample."""
-        held = self._held.get(frame.key)
+        held = self._held.get(frame)
         known = frames.data[rows, : frame.length]
         which = np.searchsorted(rows, at[1:], side="left") - 1
         if held is not None:
             known, which = np.concatenate([held, known]), which + 1
         if len(known):
-            self._held[frame.key] = known[-1:].copy()
+            self._held[frame] = known[-1:].copy()
         there = which >= 0
         payload = np.zeros((len(which), frame.length), dtype=np.uint8)
         payload[there] = known[which[there]]
         return there, payload
 
     def _decode(
-        self, payloads: dict[int, tuple[NDArray[np.bool_], Bytes]], present: NDArray[np.bool_]
+        self, payloads: dict[Frame, tuple[NDArray[np.bool_], Bytes]], present: NDArray[np.bool_]
     ) -> dict[str, Floats]:
         values: dict[str, Floats] = {}
         raw: dict[str, tuple[Signal, NDArray[np.int64] | Floats]] = {}
         for frame in self.layout.frames:
-            there, payload = payloads[frame.key]
+            there, payload = payloads[frame]
             for signal in frame.signals:
                 if signal.channel in CHANNELS:
                     column = decode_signal(signal, payload)
@@ -176,8 +176,7 @@ class AxisAssembly:
         if "statusword" in raw and len(words := raw["statusword"][1].astype(np.int64)):
             self.counters.state = cia402.drive_state(int(words[-1])) or f"unknown (0x{int(words[-1]):04X})"
             self.counters.unknown_states += int(np.sum(~cia402.known_states(words)))
-        if not self._judged:
-            self._raw.append(raw)
+        self.judgement.watch(raw)
 
     def _number_samples(self, marks: Marks, present: NDArray[np.bool_], values: dict[str, Floats]) -> list[Piece]:
         """Number the complete samples, fill or count what is missing between them."""
@@ -200,11 +199,13 @@ class AxisAssembly:
             )
             self._last = int(marks.index[rows[-1]]), int(marks.t_ns[rows[-1]]), segment
             begin = end
-        return self._judge(pieces)
+        return self.judgement.pass_on(pieces)
 
     def _gap_before(self, index: int, t_ns: int, segment: int) -> Stamps:
         """Count what is missing before sample `index`; give the stamps of those that go out as NaN."""
         none = np.zeros(0, dtype=np.int64)
+        if self._last is not None and t_ns - self._last[1] > self._rule.absent * 1e9:
+            self.judgement.anew()
         if self._last is None or self._last[2] != segment:
             return none
         missing = index - self._last[0] - 1
@@ -229,41 +230,17 @@ class AxisAssembly:
         self.next_seq += len(t_ns)
         return piece
 
-    def _judge(self, pieces: list[Piece]) -> list[Piece]:
-        """Hold the first samples back until they are judged; send none where the layout cannot be right."""
-        if self._judged and self.counters.refused is None:
-            return pieces
-        self._early += pieces
-        if not self._judged and (self.counters.samples < ENOUGH or not self.clock_judged):
-            return []
-        return self.finish()
-
-    def finish(self) -> list[Piece]:
-        """Judge on what there is; give what was held back."""
-        if not self._judged and self._raw:
-            joined = {
-                name: (self._raw[0][name][0], np.concatenate([one[name][1] for one in self._raw]))
-                for name in self._raw[0]
-            }
-            self.counters.refused = self.counters.refused or misfit(joined)
-            self._judged, self._raw = True, []
-        kept, self._early = self._early, []
-        if self.counters.refused is not None:
-            self.counters.refused_samples += sum(map(len, kept))
-            return []
-        return kept
-
     # --- without SYNC -------------------------------------------------------------------------------------------
 
     def take_by_arrival(self, fresh: Frames) -> list[Piece]:
         """Give the samples that the frames complete, stamped by the arrival of the frame with the position."""
         keys = [frame.key for frame in self.layout.frames]
         opener = next(
-            frame.key for frame in self.layout.frames if any(signal.channel == "position" for signal in frame.signals)
+            frame for frame in self.layout.frames if any(signal.channel == "position" for signal in frame.signals)
         )
         mine = fresh.take(np.isin(fresh.keys, keys))
         frames = join(self._waiting, mine)
-        at = np.flatnonzero(frames.keys == opener)
+        at = _rows_of(opener, frames)
         if len(at) == 0:
             return []
         single = sum(frame.is_sampled for frame in self.layout.frames) == 1
@@ -284,3 +261,9 @@ class AxisAssembly:
         self._arrived = t_ns
         self._number += 1
         return Tick(self._number, t_ns, self._segment)
+
+
+def _rows_of(frame: Frame, frames: Frames) -> NDArray[np.intp]:
+    """Where in a batch frames of one kind are."""
+    rows = np.flatnonzero(frames.keys == frame.key)
+    return rows[frame.carries(frames.data[rows, : frame.length])] if frame.pages else rows

@@ -122,6 +122,8 @@ class SyncClock:
         self.counters.syncs += 1
         if not paused:
             self.counters.syncs_lost += steps - 1
+        if paused and self.misfit is not None:  # the master may have another period now
+            self.judged, self.misfit = False, None
         if not self.judged:
             self._judge(arrival, steps, paused)
         due = last.t_ns + steps * self._step

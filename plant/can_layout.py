@@ -78,6 +78,14 @@ class Signal:
 
 
 @dataclass(frozen=True, slots=True)
+class Page:
+    """What a multiplexer says where a frame carries the signals of one kind: `switch` has one of `values` [counts]."""
+
+    switch: Signal
+    values: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Frame:
     """One kind of frame.
 
@@ -87,6 +95,7 @@ class Frame:
         signals: those that are read.
         name: for messages.
         objects: that a PDO maps, as the bridge file writes them.
+        pages: of a multiplexed frame; it is of this kind where all of them hold.
     """
 
     key: int
@@ -94,13 +103,21 @@ class Frame:
     signals: tuple[Signal, ...]
     name: str
     objects: tuple[str, ...] = ()
+    pages: tuple[Page, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that every signal lies within the frame."""
-        for signal in self.signals:
+        for signal in (*self.signals, *(page.switch for page in self.pages)):
             if signal.span()[1] > self.length:
                 end = signal.span()[1]
                 raise ParameterError(f"end of {signal.name} in {self.name}", end, f"<= {self.length}", "bytes")
+
+    def carries(self, payload: Bytes) -> NDArray[np.bool_]:
+        """Which of the frames `payload` (n, length) are of this kind, by their multiplexers. (n,)"""
+        found = np.ones(len(payload), dtype=bool)
+        for page in self.pages:
+            found &= np.isin(raw_values(page.switch, payload), page.values)
+        return found
 
     @property
     def is_sampled(self) -> bool:

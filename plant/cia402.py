@@ -20,7 +20,7 @@ from plant.errors import InputError, ParameterError
 
 TPDO = (0x180, 0x280, 0x380, 0x480)  # + node id
 EMCY, HEARTBEAT, SYNC, TIME = 0x080, 0x700, 0x080, 0x100
-BOOT_UP = 0
+BOOT_UP, OPERATIONAL = 0, 5
 NMT_STATES = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from cantools.database import load_file
 from cantools.database.errors import Error
 
-from plant.can_layout import AxisLayout, Frame, Signal, frame_key, show_id
+from plant.can_layout import AxisLayout, Frame, Page, Signal, frame_key, show_id
 from plant.errors import InputError, ParameterError
 
 
@@ -53,25 +53,35 @@ def dbc_layout(
         strict: see `read_dbc`.
 
     Raises:
-        InputError: no such signal (with the nearest), one that is multiplexed, or that cannot be decoded.
+        InputError: no such signal (with the nearest), or one that cannot be decoded.
     """
     database = read_dbc(path, strict=strict)
-    by_message: dict[str, list[Signal]] = {}
+    kinds: dict[tuple[str, tuple[Page, ...]], list[Signal]] = {}
     for channel, name in signals.items():
         message, signal = _find(database, path, name)
-        if signal.is_multiplexer or signal.multiplexer_ids:
-            raise InputError(f"{path}: {message.name}.{signal.name} is multiplexed; that is not supported")
-        by_message.setdefault(message.name, []).append(_signal(channel, message, signal, scale.get(channel, 1.0)))
+        one = _signal(channel, message, signal, scale.get(channel, 1.0))
+        kinds.setdefault((message.name, _pages(message, signal)), []).append(one)
     try:
-        frames = tuple(_frame(database.get_message_by_name(name), found) for name, found in by_message.items())
+        frames = tuple(
+            _frame(database.get_message_by_name(name), found, pages) for (name, pages), found in kinds.items()
+        )
         return AxisLayout(axis, frames, node)
     except ParameterError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _frame(message: Any, signals: list[Signal]) -> Frame:
+def _frame(message: Any, signals: list[Signal], pages: tuple[Page, ...]) -> Frame:
     key = frame_key(message.frame_id, message.is_extended_frame)
-    return Frame(key, message.length, tuple(signals), message.name)
+    return Frame(key, message.length, tuple(signals), message.name, pages=pages)
+
+
+def _pages(message: Any, signal: Any) -> tuple[Page, ...]:
+    """What the multiplexers say where `signal` is in the frame: its own, and those that this one hangs on."""
+    pages = []
+    while signal.multiplexer_ids:
+        ids, signal = signal.multiplexer_ids, message.get_signal_by_name(signal.multiplexer_signal)
+        pages.append(Page(_signal("", message, signal, 1.0), tuple(sorted(ids))))
+    return tuple(pages)
 
 
 def _signal(channel: str, message: Any, signal: Any, factor: float) -> Signal:

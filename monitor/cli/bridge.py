@@ -124,6 +124,7 @@ def _frames(layout: AxisLayout) -> list[dict[str, Any]]:
             "id": show_id(frame.key),
             "name": frame.name,
             "bytes": frame.length,
+            "pages": {page.switch.name: list(page.values) for page in frame.pages},
             "signals": [
                 {
                     "channel": signal.channel,

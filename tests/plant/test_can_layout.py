@@ -125,7 +125,6 @@ def test_a_dbc_gives_frames_scales_and_29_bit_ids(dbc_file):
     [
         ({"position": "AX1.Postion", "torque": "AX1.Torque"}, "AX1.Position"),
         ({"position": "Position", "torque": "AX1.Torque"}, "AX1.Position (0x181), AX2.Position (0x18FEDF02x)"),
-        ({"position": "AX1.Position", "torque": "Value"}, "multiplexed"),
         ({"position": "AX1.Position"}, "torque and force"),
     ],
 )
