@@ -114,6 +114,7 @@ class Reception:
             return False
         if self._fetch(run.key):
             run.asked = now
+            log.info("blocks are missing, the publishers are asked for them", axis=run.record.name)
         return True
 
     def commit(self) -> None:
