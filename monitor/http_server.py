@@ -125,16 +125,35 @@ class _Server(uvicorn.Server):
 
 
 class _Patient(H11Protocol):
-    """Hangs up on a client that connects and says nothing, or too slowly."""
+    """Hangs up on a client that does not say what it wants in time: at first, and at each further request."""
+
+    _impatience: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
-        self.loop.call_later(HEAD_SECONDS, self._look)
+        self._impatience = self.loop.call_later(HEAD_SECONDS, self.transport.close)
 
-    def _look(self) -> None:
-        busy: object = self.cycle  # its stub says it is always there
-        if busy is None and not self.transport.is_closing():
-            self.transport.close()
+    def data_received(self, data: bytes) -> None:
+        if self._impatience is None and not self._answering:
+            self._impatience = self.loop.call_later(HEAD_SECONDS, self.transport.close)
+        super().data_received(data)
+        if self._answering:
+            self._calm()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._calm()
+        super().connection_lost(exc)
+
+    @property
+    def _answering(self) -> bool:
+        """Whether a whole head has come and its answer is under way."""
+        cycle: Any = self.cycle  # None before the first request, which its stub does not say
+        return cycle is not None and not cycle.response_complete
+
+    def _calm(self) -> None:
+        if self._impatience is not None:
+            self._impatience.cancel()
+            self._impatience = None
 
 
 def _check_certificate(certificate: str, key: str) -> bool:
