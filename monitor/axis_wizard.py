@@ -151,6 +151,12 @@ def questions(orientation: Orientation, guess: Constants | None, *, uses_torque:
     return tuple(asked)
 
 
+def known_question(what: str) -> Question:
+    """A mass that is believed though it is wrong makes friction wrong and its intervals too narrow to show it."""
+    text = f"Is that {what} known (weighed, calculated), or rough (good to a factor of two, then estimated too)"
+    return Question("how_known", text, "", "known", _one_of("known", "rough"))
+
+
 OPTIONAL = ("rated_torque", "rated_force", "travel")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from monitor.cli.axes_init import Judged, judged_to_dict, show_judged
+from monitor.cli.axes_init import Judged, judged_by, judged_to_dict, show_judged
 from monitor.cli.options import ENDPOINT, AsJson, Endpoints, StreamPrefix, StreamSite
 from plant.errors import InputError, ReachError
 
@@ -29,8 +29,7 @@ def axes_check_command(
     as_json: AsJson = False,
 ) -> None:
     """Check sign, unit and scale of recordings or of the live stream, and whether the motion is good enough."""
-    from identify.audit import audit_recording, worst
-    from identify.suitability import suitability
+    from identify.audit import worst
     from plant.axis_file import read_axis
 
     if stream and recordings:
@@ -41,7 +40,7 @@ def axes_check_command(
         checked = [samples]
     else:
         checked, refused = _read(recordings or [], described, axis), {}
-    judged = [Judged(audit_recording(one, described), suitability(one, described)) for one in checked]
+    judged = [judged_by(one, described) for one in checked]
     if as_json:
         from monitor.cli.output import emit_json
 

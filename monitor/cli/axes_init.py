@@ -34,6 +34,15 @@ def axes_init_command(
         float | None,
         typer.Option(help="Inertia on the driving pulley's (or rotary) axis, in kg*m^2.", show_default=False),
     ] = None,
+    mass_known: Annotated[
+        bool | None,
+        typer.Option(
+            "--mass-known/--mass-rough",
+            help="Was the mass (rotary: the inertia) weighed or calculated, or is it good to a factor of two? A rough "
+            "one is estimated with the friction. Default: known if given, rough if guessed from the recording.",
+            show_default=False,
+        ),
+    ] = None,
     pulley_radius: Annotated[
         float | None, typer.Option(help="Radius of the driving pulley, in m.", show_default=False)
     ] = None,
@@ -64,7 +73,7 @@ def axes_init_command(
     }  # fmt: skip
     asker = _Asker({key: value for key, value in given.items() if value is not None}, silent=yes)
     columns = _columns(recording, column or [], scale or [], select or [], asker) if recording else None
-    axis, guessed = _describe(asker, columns, recording)
+    axis, guessed = _describe(asker, columns, recording, mass_known)
     from plant.axis_file import read_axis, write_axis
 
     write_axis(axis, out)
@@ -79,7 +88,7 @@ class _Asker:
     def __init__(self, given: dict[str, Any], *, silent: bool) -> None:
         self.answers = given
         self.guessed: dict[str, Any] = {}
-        self._silent = silent
+        self.silent = silent
 
     def ask(self, question: Question) -> Any:
         """The answer to `question`, remembered."""
@@ -87,7 +96,7 @@ class _Asker:
         if key in self.answers:
             self.answers[key] = question.read(str(self.answers[key]))
         else:
-            self.answers[key] = question.default if self._silent else self._prompt(question)
+            self.answers[key] = question.default if self.silent else self._prompt(question)
             if question.default is not None and self.answers[key] == question.default:
                 self.guessed[key] = question.default
         return self.answers[key]
@@ -174,8 +183,10 @@ def _hint_at_runs(samples: Recording, entry: RecordingEntry, others: list[str]) 
         )
 
 
-def _describe(asker: _Asker, columns: _Columns | None, path: Path | None) -> tuple[Axis, dict[str, Any]]:
-    """Ask what is left and make the axis; also what was only guessed."""
+def _describe(
+    asker: _Asker, columns: _Columns | None, path: Path | None, mass_known: bool | None
+) -> tuple[Axis, dict[str, Any]]:
+    """Ask what is left and make the axis; also what was only guessed. `mass_known` None: known where it was given."""
     from monitor import axis_wizard
     from plant.axis import Orientation
 
@@ -193,7 +204,10 @@ def _describe(asker: _Asker, columns: _Columns | None, path: Path | None) -> tup
     for question in axis_wizard.questions(Orientation(lies), constants, uses_torque=uses_torque):
         asker.ask(question)
     key = "inertia" if lies == "rotary" else "mass"
-    asker.answers["inertia_known"] = not (constants is not None and key in asker.guessed)
+    if mass_known is None:
+        guessed = constants is not None and key in asker.guessed
+        mass_known = not guessed and (asker.silent or asker.ask(axis_wizard.known_question(key)) == "known")
+    asker.answers["inertia_known"] = mass_known
     axis = axis_wizard.build_axis(asker.answers, constants, columns.entry if columns else None)
     return axis, dict(asker.guessed)
 
@@ -208,14 +222,24 @@ class Judged:
 
 def judge(axis: Axis, entry: RecordingEntry | None) -> Judged | None:
     """Check the recording against the axis file as written; None without a recording."""
-    from identify.audit import audit_recording
-    from identify.suitability import suitability
     from plant.recording_files import read_recording_entry
 
     if entry is None:
         return None
     samples = read_recording_entry(axis.recordings[0], axis)
-    return Judged(audit_recording(samples, axis), suitability(samples, axis))
+    return judged_by(samples, axis)
+
+
+def judged_by(samples: Recording, axis: Axis) -> Judged:
+    """Audit, mass and suitability of samples, the gravest finding first."""
+    from identify.audit import audit_recording, worst
+    from identify.audit_mass import doubted_mass
+    from identify.suitability import suitability
+
+    found, doubt = audit_recording(samples, axis), doubted_mass(samples, axis)
+    if doubt is not None and worst(found) != "refuse":  # with a wrong sign or unit, the mass is the least of it
+        found = (doubt, *(one for one in found if one.check != "inertia"))
+    return Judged(found, suitability(samples, axis))
 
 
 def judged_to_dict(judged: Judged | None) -> dict[str, Any]:

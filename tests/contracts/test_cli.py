@@ -175,3 +175,20 @@ def test_doctor_names_a_bad_axis_file(tmp_path):
     assert done.returncode == 2
     assert "axis.toml" in done.stdout
     assert "-1" in done.stdout
+
+
+def test_interrupted_while_it_loads_it_ends_without_a_word():
+    """The first second of a command is imports; ^C then is no error of ours to show."""
+    program = """
+import os, runpy, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Impatient:
+    def find_spec(self, name, path=None, target=None):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Impatient())
+sys.argv = ["tribowatch", "--version"]
+runpy.run_module("monitor", run_name="__main__")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, cwd=ROOT)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from identify.audit_fit import fit
 from monitor.axis_guess import guess_columns, guess_constants
 from monitor.axis_wizard import first_questions, name_from, questions, read_factors, read_pairs
 from monitor.cli.app import run_command
@@ -131,6 +132,25 @@ def test_options_outdo_guesses_and_a_wrong_sign_is_shown(machines, tmp_path, cap
     assert "refuse sign: force has the wrong sign" in capsys.readouterr().out
 
 
+def test_a_mass_that_the_motion_contradicts_is_doubted_unless_it_is_called_rough(machines, tmp_path, capsys):
+    """80 kg written for EMPS' 95 kg made friction wrong and sure of itself."""
+    machine = of_kind(machines, Orientation.HORIZONTAL)
+    write_recording(machine.recording, tmp_path / "r.csv", machine.axis)
+    arguments = ["axes", "init", "--recording", tmp_path / "r.csv", "--yes", "--json", "--orientation", "horizontal"]
+    arguments += ["--force-per-torque", machine.axis.mechanics.gain]
+    moving = fit(machine.recording).mass
+    for number, (share, more, doubted) in enumerate(
+        [(0.8, [], True), (0.8, ["--mass-known"], True), (0.8, ["--mass-rough"], False), (1.0, [], False)]
+    ):
+        out = tmp_path / f"{number}.toml"
+        assert run(*arguments, "--mass", share * moving, *more, "--out", out) == 0
+        findings = json.loads(capsys.readouterr().out)["findings"]
+        assert [one for one in findings if one["check"] == "known mass"] == ([findings[0]] if doubted else [])
+        assert read_axis(out).mechanics.inertia_known == ("--mass-rough" not in more)
+    assert run("axes", "check", "--axis", tmp_path / "0.toml") == 0
+    assert "inertia_known = false" in capsys.readouterr().out
+
+
 def test_one_run_of_many_is_chosen_and_a_file_of_many_is_hinted_at(machines, tmp_path, capsys):
     machine = of_kind(machines, Orientation.HORIZONTAL).recording
     twice = {"run": np.repeat([1.0, 2.0], len(machine)), "t": np.tile(machine.t, 2)}
@@ -155,7 +175,7 @@ def test_amperes_need_their_torque_constant(machines, tmp_path, capsys):
 
 
 def test_the_questions_build_the_same_axis_and_a_bad_answer_is_asked_again(tmp_path, capsys, monkeypatch):
-    answers = ["x-axis", "hor", "200", "twenty", "20", "0.012", "0.045", "8", "0 2", "", "motor"]
+    answers = ["x-axis", "hor", "200", "twenty", "20", "0.012", "0.045", "8", "0 2", "", "motor", "rough"]
     monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(answers) + "\n"))
     assert run("axes", "init", "--out", tmp_path / "axis.toml") == 0
     said = capsys.readouterr()
@@ -165,6 +185,7 @@ def test_the_questions_build_the_same_axis_and_a_bad_answer_is_asked_again(tmp_p
     assert (axis.mechanics.gain, axis.mechanics.M, axis.mechanics.J, axis.mechanics.Rc) == (200.0, 20.0, 0.012, 0.045)
     assert axis.drive.rated_force == 1600.0
     assert (axis.mechanics.travel, axis.stream.sample_time) == ((0.0, 2.0), 0.01)
+    assert not axis.mechanics.inertia_known
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,8 @@ def tell(verdict, steps, end, spent, ratios):
             ratios[f"{10 * int(10 * at / end)} %"].append(left / (end - at))
     searches = sum(one.stage == "search" and one.done == 0 for _, one in steps)
     spent["fits in a search"] += [one.of for _, one in steps if one.stage == "search" and one.done == 0]
+    for (at, one), after in zip(steps, begins[1:], strict=True):
+        print(f"    {at:6.2f} {after - at:6.2f} s {one.stage:10} {one.what} {one.done + 1}/{one.of}")
     print(f"{verdict:14} {end:6.1f} s, {searches} searches, {len(steps)} steps, a fit {fit:.2f} s", flush=True)
 
 
