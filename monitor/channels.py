@@ -143,6 +143,11 @@ def _other(seen: Seen, name: str, middle: float) -> tuple[float, float]:
     return seen.others.get(name, (float("nan"), 0.0))
 
 
+def lacking(logarithm: float, middle: float) -> float:
+    """Unexplained force of the logarithm that is watched; `middle`: friction at mid speed. [N or N·m]."""
+    return max(float(np.exp(logarithm)) - CLEAN * abs(middle), 0.0)
+
+
 def extras_of(windows: list[Seen]) -> tuple[str, ...]:
     """What beside friction nearly all of `windows` tell."""
     names = sorted({name for window in windows for name in window.others})

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from monitor.baseline import Baseline, learn, refined
-from monitor.channels import REFERENCES, UNEXPLAINED, Seen, numbers_of
+from monitor.channels import REFERENCES, UNEXPLAINED, Seen, lacking, numbers_of
 from monitor.classes import Verdict
 from monitor.data_quality import judge_quality
 from monitor.drift_state import DriftRule, DriftState, Step
@@ -255,7 +255,7 @@ def indicators(state: DriftState, estimate: Estimate, rule: DriftRule) -> list[d
     looked, _ = look_back(baseline, state.recent if latest else (*state.recent, step)[-LONGEST:])
     expected = baseline.moments.mean_y + np.array(step.away) @ baseline.fit.slopes
     up, down = towards(baseline, looked, bars_of(baseline, rule))
-    return [
+    found: list[dict[str, Any]] = [
         {
             "name": one.name,
             "unit": one.unit,
@@ -271,3 +271,11 @@ def indicators(state: DriftState, estimate: Estimate, rule: DriftRule) -> list[d
         for i, one in enumerate(baseline.channels)
         if np.isfinite(one.floor) and np.isfinite(numbers[0][i])
     ]
+    middle = REFERENCES // 2
+    for one in found:
+        if one["name"] == UNEXPLAINED:  # a logarithm inside, for it grows by factors; newtons for everybody else
+            usual = lacking(one["baseline"], float(expected[middle]))
+            one |= {"unit": rule.force_unit, "value": lacking(one["value"], float(numbers[0][middle])), "ci95": None}
+            one |= {"baseline": usual, "baseline_error": usual * one["baseline_error"]}
+            one["smallest_change"] = usual * float(np.expm1(one["smallest_change"]))
+    return found

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, func, select
 
+from monitor.baseline import Baseline
+from monitor.channels import REFERENCES, UNEXPLAINED, Channel, lacking
 from monitor.drift_state import DriftState
 from monitor.models import EstimateRow
 from monitor.query_rows import between
@@ -54,11 +56,21 @@ def _baseline(drift: dict[str, Any] | None) -> dict[str, Any] | None:
         "low": (mean - half).tolist(),
         "high": (mean + half).tolist(),
         "indicators": [
-            {"name": one.name, "unit": one.unit, "mean": float(level), "scatter": float(spread)}
+            _healthy(one, float(level), float(spread), known)
             for one, level, spread in zip(known.channels, known.moments.mean_y, scatter, strict=True)
             if np.isfinite(one.floor)
         ],
     }
+
+
+def _healthy(one: Channel, level: float, spread: float, known: Baseline) -> dict[str, Any]:
+    """Mean and scatter of a watched number; of the unexplained force not of its logarithm."""
+    unit = one.unit
+    if one.name == UNEXPLAINED:
+        middle = REFERENCES // 2
+        unit, level = known.channels[middle].unit, lacking(level, float(known.moments.mean_y[middle]))
+        spread *= level
+    return {"name": one.name, "unit": unit, "mean": level, "scatter": spread}
 
 
 def watched(db: Connection, axis_id: int, from_ns: int | None, to_ns: int | None, points: int) -> dict[str, Any]:

@@ -85,7 +85,8 @@ def estimate_row(
 def as_parameters(indicators: list[dict[str, Any]]) -> tuple[Parameter, ...]:
     """What is watched is trended too: `friction_at_mid_speed` and so on."""
     return tuple(
-        Parameter(one["name"].replace(" ", "_").lower(), one["value"], one["unit"], *one["ci95"]) for one in indicators
+        Parameter(one["name"].replace(" ", "_").lower(), one["value"], one["unit"], *(one["ci95"] or (None, None)))
+        for one in indicators
     )
 
 

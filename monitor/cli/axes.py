@@ -8,6 +8,7 @@ import typer
 
 from monitor.cli.options import AsJson, ConfigFile, StateDir, history_url
 
+WIDE = 110  # columns of a screen that holds everything
 LONGEST_STATE = 14  # characters of "unacknowledged"
 
 axes_app = typer.Typer(
@@ -42,32 +43,24 @@ def _show(found: list[dict[str, Any]]) -> None:
     if not found:
         out.print("No axis is listed or was heard yet.")
         return
-    columns = (
-        "axis",
-        "how it is",
-        "Coulomb friction",
-        ">change",
-        "30 days",
-        ">to alarm",
-        ">missing",
-        "latest sample (UTC)",
-    )
+    narrow = out.width < WIDE  # there the date goes without year and seconds, and the trend is left to the page
     rows = [
-        (
-            axis["axis"],
-            _how(axis),
-            _latest(axis["friction"]),
-            "–" if axis["change"] is None else f"{100 * axis['change']:+.1f} %",
-            sparkline(axis["trend"], 8),
-            _height(axis),
-            str(axis["missing"]),
-            show_time(axis["last_sample_ns"]),
-        )
+        {
+            "axis": axis["axis"],
+            "how it is": _how(axis),
+            "Coulomb friction": _latest(axis["friction"]),
+            ">change": "–" if axis["change"] is None else f"{100 * axis['change']:+.1f} %",
+            **({} if narrow else {"30 days": sparkline(axis["trend"], 8)}),
+            ">to alarm": _height(axis),
+            ">missing": str(axis["missing"]),
+            "latest (UTC)": show_time(axis["last_sample_ns"])[5:16] if narrow else show_time(axis["last_sample_ns"]),
+        }
         for axis in found
     ]
-    table = make_table(columns, rows)
-    for column in table.columns[1:]:
+    table = make_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
+    for column in table.columns[1:-1]:
         column.no_wrap = False  # or a screen of 80 columns cuts the last ones away
+    table.columns[-1].min_width = len(rows[0]["latest (UTC)"])
     table.columns[1].min_width = LONGEST_STATE
     out.print(table)
 

@@ -193,7 +193,12 @@ def test_indicators_say_where_an_estimate_stands():
     assert told["friction at mid speed"]["smallest_change"] == pytest.approx(
         0.04 * told["friction at mid speed"]["baseline"], rel=1e-6
     )
-    assert abs(told["unexplained force"]["deviation"]) < 2
+    unexplained = told["unexplained force"]
+    assert abs(unexplained["deviation"]) < 2
+    assert (unexplained["unit"], unexplained["ci95"]) == ("N", None)
+    assert unexplained["value"] == pytest.approx(0.8)  # newtons, not the logarithm that is watched
+    assert unexplained["baseline"] == pytest.approx(0.8, rel=0.2)
+    assert unexplained["smallest_change"] == pytest.approx(unexplained["baseline"], rel=0.1)  # it has doubled
     assert "constant force" not in told  # this window did not tell it
     assert indicators(DriftState(), estimate(0), RULE) == []
 

@@ -72,7 +72,7 @@ function numbers(trends) {
     el('p', { class: 'soft' }, `From the window that ended ${moment(summary.latest.window_end)} UTC.`),
   );
   put(parts.watched, watched.length ? [el('h2', {}, 'What is watched'), table(['number', '>now', '>~baseline', '>change', '>~deviation', 'towards an alarm', '~trend'], watched),
-      el('p', { class: 'soft' }, 'σ: scatter of this number from window to window while the axis was healthy. Towards an alarm: how much of the evidence that it takes has come together.')] : '');
+      el('p', { class: 'soft' }, 'σ: scatter of this number from window to window while the axis was healthy. Towards an alarm: how much of the evidence that it takes has come together. An alarm that stands lasts while the change is above 60 % of the smallest one worth telling, so it may stand beside a share below 100 %.')] : '');
 }
 
 function dataQuality(history) {
