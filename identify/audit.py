@@ -199,7 +199,7 @@ def _explained(axis: Axis, result: Fit) -> Finding:
         f"inertia, constant and plain friction explain {seen} of the force's variance; "
         f"{result.residual:.3g} {axis.force_unit} rms remain"
     )
-    return Finding("ok" if part >= EXPLAINED else "warn", "belonging", seen, expected, None, text)
+    return Finding("ok" if part >= EXPLAINED else "warn", "force explained", seen, expected, None, text)
 
 
 def _delay(recording: Recording, result: Fit) -> Finding | None:

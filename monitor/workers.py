@@ -40,6 +40,16 @@ def local_pool(workers: int, niceness: int = 0) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, mp_context=context, initializer=_settle_in, initargs=(niceness,))
 
 
+def _end_fork_server() -> None:
+    """Kill the process that forks the workers, whatever it is loading; who waits for a worker of it is told so."""
+    from multiprocessing import forkserver
+
+    number = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
+    if isinstance(number, int):
+        with contextlib.suppress(OSError):
+            os.kill(number, signal.SIGKILL)
+
+
 def _warm_up() -> None:
     """Occupies a worker for a moment, so that all of them are started."""
     time.sleep(0.1)
@@ -91,6 +101,7 @@ class Workers:
         self._suspects: collections.deque[_Attempt] = collections.deque()
         self._failed: list[tuple[Job, Estimate]] = []
         self.restarts = 0
+        self._closed = False
         self._pool, self._ready = self._begin()
 
     def _begin(self) -> tuple[Executor, threading.Event]:
@@ -103,8 +114,8 @@ class Workers:
     def _warm(self, pool: Executor, ready: threading.Event) -> None:
         try:
             concurrent.futures.wait([pool.submit(_warm_up) for _ in range(self._workers)])
-        except (BrokenProcessPool, RuntimeError) as error:  # killed while it started, or closed
-            if "after shutdown" not in str(error):  # closed before they were up: nothing to tell
+        except (BrokenProcessPool, RuntimeError, OSError, EOFError) as error:  # killed while it started, or closed
+            if not self._closed:  # closed before they were up: nothing to tell
                 log.warning("worker processes did not start", error=str(error))
             time.sleep(1.0)
         ready.set()
@@ -201,5 +212,8 @@ class Workers:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
-        """Stop at once; windows without an answer are done again after a restart."""
+        """Stop at once, also while the pool starts; windows without an answer are done again after a restart."""
+        self._closed = True
+        if not self._ready.is_set():
+            _end_fork_server()  # else the pool's lock is held until its processes have loaded everything
         self._kill()

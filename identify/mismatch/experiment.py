@@ -149,19 +149,25 @@ def settling(candidates: Sequence[Experiment]) -> Experiment | None:
 
 def in_words(one: Experiment) -> str:
     """The contract's string: what to do, and what it is expected to tell."""
-    first = " with ".join(one.chosen)
-    apart = [(" with ".join(names), value) for names, value in one.told if value >= NEEDED]
-    together = [(" with ".join(names), value) for names, value in one.told if value < NEEDED]
+    first = _said(one.chosen)
+    apart = [(_said(names), value) for names, value in one.told if value >= NEEDED]
+    together = [(_said(names), value) for names, value in one.told if value < NEEDED]
     text = f"{one.motion.words}; record it along with these"
+    scale = f"(expected evidence; {NEEDED:.0f} tell two names apart nine times of ten)"
     if apart:
-        said = ", ".join(f"{name} (separation {value:.0f})" for name, value in apart)
-        rest = f", not from {', '.join(f'{name} ({value:.0f})' for name, value in together)}" if together else ""
-        return f"{text}: predicted to tell {first} from {said}{rest}; {NEEDED:.0f} needed"
+        said = ", from ".join(f"{name} {value:.0f}" for name, value in apart)
+        rest = f"; not from {', not from '.join(f'{name} {value:.0f}' for name, value in together)}" if together else ""
+        return f"{text}. It should tell {first} from {said}{rest} {scale}"
     name, value = max(together, key=lambda pair: pair[1])
     seconds = one.motion.seconds * NEEDED / max(value, 1e-9)
-    promise = f"predicted separation of {first} from {name} {value:.0f} of the {NEEDED:.0f} needed"
+    promise = f"expected evidence for {first} against {name} {value:.0f} of the {NEEDED:.0f} that tell them apart"
     if seconds <= LONGEST:
         return f"{text}, {seconds / one.motion.seconds:.1f} times as long: {promise} in {one.motion.seconds:.0f} s"
     return (
         f"none of the small changes that were simulated separates the names; the best is {one.motion.words}: {promise}"
     )
+
+
+def _said(names: tuple[str, ...]) -> str:
+    """A set of effects in words."""
+    return " with ".join(name.replace("_", " ") for name in names)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 BASELINE = 2.5  # the model of friction alone
 OUTLOOK = 1.5  # before the fits of a search: which effects are worth one
 CANDIDATES = 7.0  # of a search that has not begun
-CONCLUSION = {"what is left": 5.0, "next experiment": 8.0, "changes since commissioning": 8.0}
+CONCLUSION = {"what is left": 5.0, "next experiment": 4.0, "changes since commissioning": 8.0}
 SHARE = 0.5  # the share of an effect
 USUAL = 2  # searches: one that finds an effect, one that finds no more
 

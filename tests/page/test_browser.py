@@ -130,6 +130,8 @@ def test_a_link_shows_the_same_to_somebody_else(browser, base):
         address = one.page.url
         one.open("/?q=AXIS-2")
         assert "axis-1" not in one.text("tbody")
+        one.page.goto(base + "/#/axes/axis-1")  # who types a fragment is led to the view, not left with the fleet
+        one.page.wait_for_url("**/axes/axis-1")
         assert not one.wrong
     with window(browser, base) as other:
         other.open(address.removeprefix(base)).with_charts(2)

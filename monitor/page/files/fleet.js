@@ -1,6 +1,9 @@
 // The fleet, the most urgent axis first.
 import { about, alertLink, badge, calmly, count, el, empty, follow, get, linkTo, main, meter, moment, percent, problem, quantity, sparkline, words } from './common.js';
 
+// views have addresses of their own, not fragments: who types one is led there, or told that nothing is there
+if (location.hash.startsWith('#/')) location.replace(location.hash.slice(1));
+
 const COLUMNS = ['axis', 'how it is', 'Coulomb friction', '>change', '30 days', 'towards an alarm', 'latest sample (UTC)', '>missing'];
 const asked = new URLSearchParams(location.search);
 let fleet = [];
