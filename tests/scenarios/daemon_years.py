@@ -37,7 +37,7 @@ SETTINGS = """
 [window]
 hop = 2000
 [identification]
-workers = 1
+workers = 2
 [intake]
 stale_after = 864000.0
 [alarms]
