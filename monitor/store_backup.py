@@ -112,7 +112,7 @@ def restore(source: Path, url: str) -> Path | None:
         fresh.unlink(missing_ok=True)
         if error.__cause__ is None:
             raise
-        why = f"{error.__cause__}".splitlines()[0]
+        why = str(getattr(error.__cause__, "orig", error.__cause__)).splitlines()[0]
         raise InputError(
             f"{source}: no sound back-up ({why}); take another one, the history here is as it was"
         ) from None

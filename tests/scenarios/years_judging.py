@@ -157,7 +157,7 @@ def answers_of(url: str, axis: str) -> list[Estimate]:
         .join(WindowRow, WindowRow.id == EstimateRow.window_id)
         .join(AxisRow, AxisRow.id == EstimateRow.axis_id)
         .where(AxisRow.name == axis)
-        .order_by(WindowRow.epoch, WindowRow.first_seq)
+        .order_by(WindowRow.id)
     )
     with engine.begin() as db:
         rows = db.execute(query).mappings().all()
