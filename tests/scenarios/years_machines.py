@@ -26,6 +26,7 @@ from tests.reference.parameters import ReferencePlant
 
 START = dt.datetime(2026, 1, 1, 3, tzinfo=dt.UTC)
 INTERVAL = 11.0  # h from burst to burst: passes through all hours of the day
+STEP = 1e-3  # s, of the independent simulator: errors below its sensor's resolution, ten times as fast as its usual one
 LOST, CUT, ANEW = 0.02, 0.01, 0.01  # shares of bursts: a block is lost, the burst breaks off, its publisher starts anew
 
 
@@ -97,7 +98,7 @@ class Machine:
         t = scenario.sample_time * np.arange(n)
         torque = scenario.drive.torque(t)
         acting = torque if extra is None else torque + extra
-        what = run(machine, Torque(t, acting), position0=scenario.start_position)
+        what = run(machine, Torque(t, acting), position0=scenario.start_position, step=STEP)
         return Recording(
             t=t,
             force=m.gain * torque,
