@@ -71,7 +71,7 @@ def check_version(connection: Connection, url: str, *, must_be_current: bool = F
     current = MigrationContext.configure(connection).get_current_revision()
     scripts = ScriptDirectory.from_config(alembic_config())
     known = {script.revision for script in scripts.walk_revisions()}
-    where = connection.engine.url.database or url
+    where = (connection.engine.url.database or url).removeprefix("file:")
     if current is not None and current not in known:
         raise DatabaseError(f"{where}: schema {current!r} is newer than this program knows; upgrade tribowatch")
     if must_be_current and current != scripts.get_current_head():

@@ -134,11 +134,17 @@ def test_a_history_on_a_server_is_dumped(postgres, tmp_path):
 # --- upgrade ----------------------------------------------------------------------------------------------------
 
 RELEASED = [script.revision for script in ScriptDirectory.from_config(alembic_config()).walk_revisions()]
+ALERT = {
+    "schema_version": 1, "id": "site/axis-1/wear/1", "site": "site", "axis": "axis-1", "kind": "wear",
+    "state": "acknowledged", "priority": "medium", "since": "1970-01-01T00:00:00.000Z", "since_ns": 5,
+    "consequence": "the drive works harder", "likely_cause": "worn guide", "recommended_action": "inspect guide",
+    "text": "axis-1: friction rose", "evidence": {},
+}  # fmt: skip
 OLD = {  # rows as version 0001 wrote them
     "axis": "1, 'axis-1', true, 'N', 'm', 100, 20, 0, null, '{}', null",
     "alarm": '1, 1, \'wear\', \'acknowledged\', 1, \'{"state": "acknowledged", "since_ns": 5, "active": true, '
-    '"against": 0, "against_ns": 0, "until_ns": null}\', \'{"since_ns": 5, "kind": "wear"}\'',
-    "transition": "1, 1, 'wear', 'holds', 'normal', 'unacknowledged', 5, '', '{}', true",
+    f'"against": 0, "against_ns": 0, "until_ns": null}}\', \'{json.dumps(ALERT)}\'',
+    "transition": f"1, 1, 'wear', 'holds', 'normal', 'unacknowledged', 5, '', '{json.dumps(ALERT)}', true",
 }
 COLUMNS = {
     "axis": "id, name, listed, force_unit, position_unit, last_ns, samples, missing, stream, rejected, drift",
@@ -206,8 +212,12 @@ def test_upgrade_backs_up_first_and_check_only_looks(tmp_path, capsys):
     assert len(looked["steps"]) == len(RELEASED) - 1
     assert path.read_bytes() == before
     assert run_command(["history", "axis-1", "--state-dir", str(tmp_path)]) == 3
-    assert "tribowatch upgrade" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said.startswith(f"tribowatch history: {path}: schema '0001'")
+    assert "tribowatch upgrade" in said
     done = upgrade()
+    assert run_command(["alerts", "--json", "--state-dir", str(tmp_path)]) == 0
+    assert [one["state"] for one in json.loads(capsys.readouterr().out)["alerts"]] == ["acknowledged"]
     assert schema_of(f"sqlite:///{done['backup']}").current == "0001"
     assert upgrade() == {**done, "from": RELEASED[0], "steps": [], "backup": None}
 
