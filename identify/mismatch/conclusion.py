@@ -26,7 +26,7 @@ from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
-from identify.mismatch.rules import HELD_OUT, price, tied
+from identify.mismatch.rules import CLEAN, HELD_OUT, Step, beyond, price, tied
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
@@ -34,9 +34,10 @@ from identify.uncertainty import Uncertainty
 from plant.axis import Axis
 from plant.recording import Recording
 
-CLEAN = 0.013  # of the dry friction: latent force of a complete model
-REST = 0.05  # of the dry friction: latent force beside a name, above which ...
-KEPT = 0.45  # ... and above which share of its former level, the name does not stand
+REST = (
+    0.016  # of the dry friction: latent force beside a name, a little above that of a complete model, above which ...
+)
+KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
@@ -171,6 +172,13 @@ class Conclusion:
             ),
         )
 
+    def _constants(self, chosen: tuple[str, ...], step: Step, rival: Step) -> tuple[str, ...]:
+        """`chosen` with the constant force that the model of a `rival` of the last `step` needs beside it."""
+        named = {one.guise.name for one in self.selection.steps}
+        if step is not self.selection.steps[-1] or beyond(rival.fit) == (len(chosen) > len(named)):
+            return chosen
+        return (*chosen, "force_offset") if beyond(rival.fit) else tuple(name for name in chosen if name in named)
+
     def _experiments(
         self, chosen: Fit, alternatives: tuple[tuple[str, ...], ...]
     ) -> tuple[tuple[tuple[str, ...], ...], tuple[Experiment, ...]]:
@@ -228,7 +236,12 @@ class Conclusion:
         sets = [chosen]
         for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
             for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
-                _add(sets, chosen, step.guise.name, rival.guise.name)
+                _add(sets, self._constants(chosen, step, rival), step.guise.name, rival.guise.name)
+        extra = tuple(name for name in chosen if name not in {step.guise.name for step in self.selection.steps})
+        for other in self.selection.others if chosen else ():
+            names = (*(step.guise.name for step in other.steps), *extra)
+            if len(set(names)) == len(names) and set(names) not in [set(known) for known in sets]:
+                sets.append(names)
         offset = self.constant
         if offset is not None and offset.effect.name in chosen:
             for name in offset.names:

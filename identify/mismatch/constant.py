@@ -10,13 +10,11 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import TIED_BIC, price
+from identify.mismatch.rules import OFFSET_PRIOR, SAME, TIED_BIC, price
 from identify.mismatch.score import extend
 from identify.uncertainty import Uncertainty
 
-OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
-SAME = {"force_offset", "coulomb_asymmetry"}  # while the axis slides
 READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
 
 

@@ -49,6 +49,18 @@ def diagnose(
     Raises:
         InputError: no recording.
     """
+    found = conclude(recordings, axis, seed=seed, progress=progress)
+    return found if isinstance(found, Diagnosis) else found.written()
+
+
+def conclude(
+    recordings: Sequence[Recording],
+    axis: Axis,
+    *,
+    seed: int = 0,
+    progress: Tell = unheard,
+) -> Conclusion | Diagnosis:
+    """As `diagnose`, but not yet written up; a diagnosis only where the recordings cannot tell."""
     if not recordings:
         raise InputError("no recording to diagnose: give one, or list [[recording]] in the axis file")
     for recording in recordings:
@@ -68,7 +80,7 @@ def diagnose(
     setting = setting_of(baseline.problem, baseline.x, native)
     ways = guises({name: find(name) for name in names()}, setting)
     selection = select(baseline, ways, evidence.held_out, progress)
-    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress).written()
+    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
 
 
 def _insufficient(recordings: Sequence[Recording], axis: Axis, seed: int, reason: str) -> Diagnosis:

@@ -28,6 +28,7 @@ WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 STARTS = 3  # of one effect
+WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
@@ -48,19 +49,26 @@ def explore(
     progress: Tell = unheard,
     most: int = REFITS,
     stage: Stage = Stage.SEARCH,
-) -> list[Step]:
-    """Refit the most promising of `guises` on top of `current`, judged; best information criterion first."""
+) -> tuple[Fit, list[Step]]:
+    """Refit the most promising of `guises` on top of `current`, judged; best information criterion first.
+
+    Returns:
+        `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
+    """
     candidates = shortlist(current, guises, most)
     steps: list[Step] = []
     for number, candidate in enumerate(candidates):
         progress(Doing(stage, candidate.guise.name, number, len(candidates)))
         steps.append(_refit(current, candidate, unseen))
     steps.sort(key=lambda step: price(step.fit))
+    likely = [step for step in steps if step.evidence.bic < BIC]
     fresh = next((step for step in steps if step.refused is None), None)
-    if fresh is None:
-        return steps
-    poorer = _return(current, fresh.fit)
-    return steps if poorer is current else [_judged(poorer, step, unseen) for step in steps]
+    if not likely:
+        return current, steps
+    poorer = _return(
+        current, [step.fit for step in {id(step): step for step in (likely[0], fresh or likely[0])}.values()]
+    )
+    return poorer, steps if poorer is current else [_judged(poorer, step, unseen) for step in steps]
 
 
 def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:
@@ -71,8 +79,16 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
         for lead in ranked[:most]:
             if lead.gain < FAINT * ranked[0].gain:
                 break
-            _note(found.setdefault((lead.guise.name, lead.guise.fixed), Candidate(lead.guise, [], [])), lead, gain)
+            for guise in _ways(lead.guise, guises):
+                _note(found.setdefault((guise.name, guise.fixed), Candidate(guise, [], [])), lead, gain)
     return list(found.values())
+
+
+def _ways(guise: Guise, guises: list[Guise]) -> list[Guise]:
+    """The guise, and another way of the same effect that may start where it does."""
+    if guise.name not in WAYS:
+        return [guise]
+    return [other for other in guises if other.name == guise.name]
 
 
 def _note(candidate: Candidate, lead: Lead, gain: Floats) -> None:
@@ -102,10 +118,9 @@ def _refit(current: Fit, candidate: Candidate, unseen: Samples) -> Step:
     problem, x = extend(current, guise, np.array(candidate.starts))
     seen = np.array(candidate.gains).T
     _shrink(problem, x, guise, seen)
-    if not guise.stiff:
-        classical = x.copy()
-        classical[:, :4] = CLASSICAL
-        x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
+    classical = x.copy()
+    classical[:, :4] = CLASSICAL
+    x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
     best, gained = _first_look(current, problem, guise, x, seen)
     if gained < PROMISING:
         bic = (problem.p - current.problem.p) * float(np.log(problem.samples.used)) - gained
@@ -163,13 +178,14 @@ def _first_look(
     return ends.x[ends.best], current.found.criterion - float(ends.loss[ends.best])
 
 
-def _return(current: Fit, richer: Fit) -> Fit:
-    """The poorer model once more from the richer one's optimum: what only polished the baseline is no evidence."""
+def _return(current: Fit, richer: list[Fit]) -> Fit:
+    """The poorer model once more from the richer ones' optima: what only polished the baseline is no evidence."""
     problem = current.problem
-    x = np.zeros((1, problem.size))
-    x[:, : problem.base] = richer.x[: problem.base]
-    for other in problem.guises:
-        x[:, problem.slot(other)] = richer.x[richer.problem.slot(other)]
-    x[:, problem.p :] = richer.x[richer.problem.p :]
+    x = np.zeros((len(richer), problem.size))
+    for row, other in zip(x, richer, strict=True):
+        row[: problem.base] = other.x[: problem.base]
+        for guise in problem.guises:
+            row[problem.slot(guise)] = other.x[other.problem.slot(guise)]
+        row[problem.p :] = other.x[other.problem.p :]
     again = fit(problem, x)
     return again if again.found.criterion < current.found.criterion else current

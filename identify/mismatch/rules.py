@@ -17,11 +17,17 @@ Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what i
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
+NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
+KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
+CLEAN = 0.013  # of the dry friction: latent force of a complete model, at most
 LESSER = 0.02  # of the evidence so far: less is how imperfectly the shapes of what was named are known
+
+SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
+OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect (design.md)
 
 LIKELY_BUT = ("its force of", "a parameter ended", "its size of")  # reasons a likely effect is refused
 
@@ -60,7 +66,7 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         return f"the evidence comes from few places (z = {evidence.z:.1f})"
     if not _hidden_state(guise, evidence):
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
-        if both > FREE_RUN:
+        if both > (NO_WORSE if evidence.bic < BIC_STRONG else FREE_RUN):
             return f"one-second predictions do not improve ({both:.2f})"
         if evidence.unseen > HELD_OUT:
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
@@ -100,14 +106,28 @@ def price(fitted: Fit) -> float:
     return float(fitted.found.criterion) + fitted.problem.p * float(np.log(fitted.problem.samples.used))
 
 
+def beyond(fitted: Fit) -> bool:
+    """True where a constant force is left that the axis file does not allow: it will need a name of its own."""
+    problem = fitted.problem
+    if not problem.gravity_known or SAME & set(fitted.names):
+        return False
+    allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or problem.scales.force)
+    return bool(abs(float(fitted.x[4])) * problem.scales.force > allowed)
+
+
+def cost(fitted: Fit) -> float:
+    """The same, and the price of a constant force that will need a name. [1]."""
+    return price(fitted) + (float(np.log(fitted.problem.samples.used)) if beyond(fitted) else 0.0)
+
+
 def best_of(steps: list[Step]) -> Step | None:
     """The likeliest step that earned its name, unless something likelier did not: then nothing is named."""
     accepted = [step for step in steps if step.refused is None]
     if not accepted:
         return None
-    best = min(accepted, key=lambda step: price(step.fit))
+    best = min(accepted, key=lambda step: cost(step.fit))
     for step in steps:
-        if step.misplaced and price(step.fit) < price(best.fit) - TIED_BIC:
+        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC:
             return None
         if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
@@ -126,15 +146,15 @@ def clock_shift(steps: list[Step]) -> Step | None:
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:
     """Rivals that these data cannot tell from the winner."""
-    best = price(winner.fit)
+    best = cost(winner.fit)
     terms = winner.fit.terms()
     found = []
     for rival in rivals:
         if rival.guise.name == winner.guise.name or rival.evidence.bic > BIC:
             continue
-        distance = price(rival.fit) - best
+        distance = cost(rival.fit) - best
         apart = block_z(terms - rival.fit.terms())
         share = rival.evidence.bic / min(winner.evidence.bic, -1e-9)
-        if distance < TIED_BIC or (apart < TIED_Z and share > TIED_SHARE):
+        if distance < max(TIED_BIC, -KNOWN * winner.evidence.bic) or (apart < TIED_Z and share > TIED_SHARE):
             found.append(rival)
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,10 +10,13 @@ from identify.mismatch.compare import Fit, compare, fit
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.progress import Stage, Tell, unheard
-from identify.mismatch.rules import BIC, LESSER, Step, best_of, clock_shift, price
+from identify.mismatch.rules import BIC, CLEAN, LESSER, TIED_BIC, Step, best_of, clock_shift, cost, price
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
+CLOSE = 0.8  # of the first name's evidence: what has as much may be the first name once the others are in
+OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
+MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # leads per observer gain looked at again when a chosen effect is put to the test
 TWINS = {
     name: family - {name}
@@ -39,6 +42,8 @@ class Selection:
         steps: the effects, in the order of their finding.
         rivals: what was tried at each step.
         shift: whether torque and position turned out to be stamped by so little apart that it is no effect.
+        opening: what was tried for the first effect, as it was seen then.
+        others: selections that began with another name and ended as likely.
     """
 
     baseline: Fit
@@ -46,22 +51,59 @@ class Selection:
     steps: list[Step] = field(default_factory=list)
     rivals: list[list[Step]] = field(default_factory=list)
     shift: bool = False
+    opening: list[Step] = field(default_factory=list)
+    others: list[Selection] = field(default_factory=list)
 
 
 def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell = unheard) -> Selection:
+    """Add effects one by one while one earns its name; where more than one does, begin with other names too.
+
+    The first name is chosen while the others are missing. Where more than one effect is there, whatever came close to
+    it then gets its own try with what is found on top of it.
+    """
+    first = _forward(Selection(baseline, baseline), guises, unseen, progress)
+    found = [first, *(_forward(begun, guises, unseen, progress) for begun in _other_openings(first))]
+    best = min(found, key=lambda one: cost(one.chosen))
+    best.others = [one for one in found if one is not best and cost(one.chosen) < cost(best.chosen) + TIED_BIC]
+    return best
+
+
+def _other_openings(first: Selection) -> list[Selection]:
+    """Selections that begin with what came close to the first name, where there is more than one effect."""
+    chosen = first.chosen
+    if not first.steps or (len(first.steps) < 2 and chosen.latent_force < CLEAN * chosen.dry_level):
+        return []
+    begun: list[Selection] = []
+    known = {step.guise.name for step in first.steps}
+    least = min((step.evidence.bic for step in first.opening if step.refused is None), default=0.0)
+    for step in first.opening:
+        if step.refused is None and step.guise.name not in known and step.evidence.bic < CLOSE * least:
+            known.add(step.guise.name)
+            shift = len(step.fit.problem.guises) > 1
+            begun.append(
+                Selection(first.baseline, step.fit, [step], [first.opening], shift=shift, opening=first.opening)
+            )
+    return begun[:OPENINGS]
+
+
+def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
     """Add effects one by one while one earns its name, then try to swap and to drop each."""
-    selection = Selection(baseline, baseline)
+    looks = 0
     while len(selection.steps) < MOST_EFFECTS:
-        current = selection.chosen
-        taken = {guise.name for guise in current.problem.guises}
-        steps = explore(current, [guise for guise in guises if guise.name not in taken], unseen, progress)
+        before, looks = selection.chosen, looks + 1
+        taken = {guise.name for guise in before.problem.guises}
+        current, steps = explore(before, [guise for guise in guises if guise.name not in taken], unseen, progress)
+        _improve(selection, current)
         shift = None if selection.shift else clock_shift(steps)
         if shift is not None:
             selection.chosen, selection.shift = shift.fit, True
             continue
-        selection.rivals.append(steps)
         best = best_of(steps)
-        so_far = price(baseline) - price(current)
+        if best is None and looks <= MOST_LOOKS and price(before) - price(current) > TIED_BIC:
+            continue  # what is left looks different from a fit so much better
+        selection.rivals.append(steps)
+        selection.opening = selection.opening or steps
+        so_far = price(selection.baseline) - price(current)
         if best is None or -best.evidence.bic < LESSER * so_far:
             break
         selection.steps.append(best)
@@ -71,23 +113,39 @@ def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell =
     return selection
 
 
-def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
-    """Put each effect to the test once the others are in: is it still needed, and is it still it and not a twin?
+def _improve(selection: Selection, current: Fit) -> None:
+    """Take over a better fit of the model that is chosen so far."""
+    if not selection.steps:
+        if current.problem is selection.baseline.problem:
+            selection.baseline = current
+    elif current is not selection.chosen:
+        last = selection.steps[-1]
+        better = last.evidence.bic + price(current) - price(selection.chosen)
+        selection.steps[-1] = replace(last, fit=current, evidence=replace(last.evidence, bic=better))
+    selection.chosen = current
 
-    A first name is chosen while the others are missing, and then shaped by what it stands in for.
+
+def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
+    """Put each effect to the test once the others are in: is it still needed, and is it still it?
+
+    Its twins compete, and whatever earned a name at any stage. A first name is chosen while the others are missing, and
+    then shaped by what it stands in for.
     """
+    earned = {s.guise.name for stage in (selection.opening, *selection.rivals) for s in stage if s.refused is None}
     for step in list(selection.steps[:-1]):
         rest = without(selection.chosen, step.guise)
-        twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name}
+        twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name} | earned
         taken = {s.guise.name for s in selection.steps if s is not step}
         offered = [guise for guise in guises if guise.name in twins - taken]
-        steps = [s for s in explore(rest, offered, unseen, progress, AGAIN, Stage.TEST) if s.refused is None]
+        rest, steps = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
+        steps = [s for s in steps if s.refused is None]
         if not steps:
             if compare(rest, selection.chosen, unseen).bic < BIC:  # a worse fit of the same, but needed it is
                 continue
-            selection.steps = [s for s in selection.steps if s is not step]
+            index = selection.steps.index(step)
+            del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
-        elif price(steps[0].fit) < price(selection.chosen):
+        elif cost(steps[0].fit) < cost(selection.chosen):
             index = selection.steps.index(step)
             selection.steps[index], selection.rivals[index] = steps[0], steps
             selection.chosen = steps[0].fit

@@ -68,7 +68,7 @@ def step(bic, z=9.0, refused=None, name="rail_defect"):
 
 
 def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(monkeypatch):
-    monkeypatch.setattr("identify.mismatch.rules.price", lambda fitted: fitted.price)
+    monkeypatch.setattr("identify.mismatch.rules.cost", lambda fitted: fitted.price)
     fair = step(-100.0)
     assert best_of([fair, step(-60.0)]) is fair
     assert best_of([fair, step(-200.0, refused="its force of 0.1 is below 0.5")]) is None
