@@ -14,7 +14,7 @@ from identify.mismatch.rules import BIC, CLEAN, LESSER, TIED_BIC, Step, best_of,
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
-CLOSE = 0.8  # of the first name's evidence: what has as much may be the first name once the others are in
+CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # leads per observer gain looked at again when a chosen effect is put to the test
