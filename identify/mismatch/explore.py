@@ -23,7 +23,7 @@ from identify.search import CLASSICAL, losses_by_gain
 Floats = NDArray[np.float64]
 
 FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
-REFITS = 5  # leads per observer gain that get a full fit
+REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
@@ -76,7 +76,8 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
     found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
     for gain in _outlooks(current):
         ranked = [lead for lead in leads(current, guises, gain) if lead.gain > WORTH]
-        for lead in ranked[:most]:
+        names = list(dict.fromkeys(lead.guise.name for lead in ranked))[:most]
+        for lead in [lead for lead in ranked if lead.guise.name in names]:
             if lead.gain < FAINT * ranked[0].gain:
                 break
             for guise in _ways(lead.guise, guises):

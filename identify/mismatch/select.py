@@ -17,7 +17,7 @@ MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
-AGAIN = 3  # leads per observer gain looked at again when a chosen effect is put to the test
+AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 TWINS = {
     name: family - {name}
     for family in (
@@ -137,18 +137,20 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name} | earned
         taken = {s.guise.name for s in selection.steps if s is not step}
         offered = [guise for guise in guises if guise.name in twins - taken]
-        rest, steps = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
-        steps = [s for s in steps if s.refused is None]
-        if not steps:
-            if compare(rest, selection.chosen, unseen).bic < BIC:  # a worse fit of the same, but needed it is
-                continue
-            index = selection.steps.index(step)
+        rest, tried = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
+        steps = [s for s in tried if s.refused is None]
+        evidence = compare(rest, selection.chosen, unseen)
+        index = selection.steps.index(step)
+        if not steps and evidence.bic > BIC:
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
-        elif cost(steps[0].fit) < cost(selection.chosen):
-            index = selection.steps.index(step)
-            selection.steps[index], selection.rivals[index] = steps[0], steps
-            selection.chosen = steps[0].fit
+            continue
+        if steps and cost(steps[0].fit) < cost(selection.chosen):
+            selection.steps[index], selection.chosen = steps[0], steps[0].fit
+        else:  # what was tried now is a worse fit of the same, or less likely
+            selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
+        again = {s.guise for s in tried}
+        selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in again)]
 
 
 def without(fitted: Fit, guise: Guise) -> Fit:
