@@ -22,9 +22,14 @@ from plant.recording import Recording
 __all__ = ["Finding", "Severity", "audit_recording", "worst"]
 
 SURE = 4.0  # standard errors
-KNOWN_MASS = (1.6, 4.0)  # ratio that is warned of, ratio that is refused
-ROUGH_MASS = (3.0, 8.0)  # the same where the axis file's inertia is but a start, good to a factor of two
-WEIGHT = (1.6, 3.0)  # a payload of half the mass is no wrong unit
+# Apparent inertia or weight over the axis file's: refused below, warned of below, warned of above, refused above.
+# A payload may double the mass, and the axis file may count one of two fifths of it that is not there; its inertia is
+# good to 15 %, or to a factor of two where it is but a start, and a balancer may carry most of a weight.
+KNOWN_MASS = (1 / 2.0, 1 / 1.3, 1.6, 2.5)
+ROUGH_MASS = (1 / 4.0, 1 / 3.0, 3.0, 5.0)
+WEIGHT = (1 / 3.0, 1 / 1.6, 1.6, 2.5)
+ROUGH_WEIGHT = (1 / 4.0, 1 / 3.0, 3.0, 5.0)
+TWO = 2.0  # ratio that is refused where a channel bears it out
 AGREE = 3.0  # ratio within which a channel's own step or velocity bears the inertia out
 EXPLAINED = 0.5  # part of the force's variance below which force and motion do not belong together
 
@@ -137,9 +142,12 @@ def _sign(axis: Axis, result: Fit) -> Finding:
     )  # fmt: skip
 
 
-def _grade(ratio: float, limits: tuple[float, float]) -> Severity:
-    off = abs(math.log(ratio))
-    return "ok" if off <= math.log(limits[0]) else "warn" if off <= math.log(limits[1]) else "refuse"
+def _grade(ratio: float, limits: tuple[float, float, float, float], error: float = 0.0) -> Severity:
+    """Of a ratio with a relative standard error: refused is what is beyond the limits for sure."""
+    refused_below, warned_below, warned_above, refused_above = limits
+    if ratio * (1 + SURE * error) < refused_below or ratio / (1 + SURE * error) > refused_above:
+        return "refuse"
+    return "ok" if warned_below <= ratio <= warned_above else "warn"
 
 
 def _weight(axis: Axis, result: Fit) -> Finding | None:
@@ -148,7 +156,8 @@ def _weight(axis: Axis, result: Fit) -> Finding | None:
     if not weight or not math.isfinite(result.constant_error) or result.constant <= SURE * result.constant_error:
         return None
     ratio = result.constant / weight
-    severity = _grade(ratio, WEIGHT)
+    limits = WEIGHT if axis.mechanics.inertia_known else ROUGH_WEIGHT
+    severity = _grade(ratio, limits, result.constant_error / result.constant)
     likely = None if severity == "ok" else named(ratio, force_causes(axis))
     seen, expected = f"{result.constant:.4g} N", f"about {weight:.4g} N (M g)"
     text = f"mean force up and down is {seen}, the axis file's weight {expected}"
@@ -160,9 +169,10 @@ def _mass(recording: Recording, axis: Axis, result: Fit) -> Finding | None:
     if result.mass <= SURE * result.mass_error or _explains(result) < 0.2:
         return None
     ratio = result.mass / axis.mechanics.moving_mass
-    severity = _grade(ratio, KNOWN_MASS if axis.mechanics.inertia_known else ROUGH_MASS)
+    limits = KNOWN_MASS if axis.mechanics.inertia_known else ROUGH_MASS
+    severity = _grade(ratio, limits, result.mass_error / result.mass)
     agreeing = [w for w in audit_channels.witnesses(recording, axis) if 1 / AGREE < ratio / w < AGREE]
-    if agreeing and _grade(ratio, (2.0, 2.0)) == "refuse":  # two that say the same
+    if agreeing and not 1 / TWO < ratio < TWO:  # two that say the same
         severity, ratio = "refuse", agreeing[0]
     unit = axis.inertia_unit
     seen = f"{result.mass:.4g} {unit}"

@@ -58,6 +58,8 @@ ZOO = {
     "kN as N": (scaled("force", 1e-3), any_axis, "kN", 0.98),
     "per mille as percent": (scaled("force", 10), any_axis, "percent", 0.98),
     "percent as per mille": (scaled("force", 0.1), lambda a: a.mechanics.inertia_known, "percent", 0.98),
+    "three times too large": (scaled("force", 3), lambda a: a.mechanics.inertia_known, "", 0.98),
+    "a third of it": (scaled("force", 1 / 3), lambda a: a.mechanics.inertia_known, "", 0.98),
     "per mille as N*m": (
         lambda r, a: replace(r, force=r.force * factor_of(a, 1000)),
         lambda a: telling(factor_of(a, 1000)),
