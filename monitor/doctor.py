@@ -46,15 +46,23 @@ class Check:
     finding: str
 
 
-def examine(config: Config | None) -> Iterator[Check]:
-    """Run the checks one by one; those of a service need its configuration."""
+def examine(config: Config | None, bridge: Path | None = None) -> Iterator[Check]:
+    """Run the checks one by one; those of a service need its configuration, those of a bridge its file."""
     yield check_python()
     yield check_kernels()
     yield check_clock()
     folder = config.state_dir if config else Path("var")
     yield check_disk(folder)
-    if config is None:
-        return
+    if config is not None:
+        yield from check_daemon(config)
+    if bridge is not None:
+        from monitor.doctor_bridge import check_bridge
+
+        yield from check_bridge(bridge)
+
+
+def check_daemon(config: Config) -> Iterator[Check]:
+    """What a daemon needs, and whether it is at work."""
     from monitor.config import read_axes
 
     axes: dict[str, Axis] = {}

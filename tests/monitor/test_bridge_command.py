@@ -2,6 +2,7 @@
 
 import copy
 import json
+import threading
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import zenoh
 
 from monitor.bridge_news import news
 from monitor.cli.app import run_command
+from monitor.doctor_bridge import check_bridge
 from plant import keys
 from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import write_axis
@@ -207,3 +209,47 @@ def test_every_change_is_one_line():
     ):
         assert words in text
     assert "5000 emergency messages, 0x8611: following error" in text
+
+
+def test_doctor_looks_at_a_bridge_file_its_bus_and_the_bridge_at_work(folder, hub):
+    endpoint, session = hub
+    path = folder / "bridge.toml"
+    path.write_text(path.read_text() + f'[zenoh]\nconnect = ["{endpoint}"]\n')
+    said = {"name": "b-1", "seconds": 5.0, "bus": {"state": "active"}, "axes": {"axis-1": {"sent": 700, "lost": 0}}}
+    key = keys.bridge_key("s", "b-1")
+
+    def look(status):
+        """What doctor says while a bridge tells `status` of itself."""
+        done = threading.Event()
+
+        def tell():
+            while not done.wait(0.05):
+                session.put(key, json.dumps(status))
+
+        bridge = threading.Thread(target=tell)
+        bridge.start()
+        try:
+            return {one.name: (one.outcome.value, one.finding) for one in check_bridge(path)}
+        finally:
+            done.set()
+            bridge.join()
+
+    found = look(said)
+    assert found["bridge file"] == ("ok", "1 axes on virtual")
+    assert found["bus"][0] == "warning"
+    assert found["bridge b-1"] == ("ok", "at work for 5 s, bus active, 700 samples sent, 0 lost")
+    found = look(said | {"axes": {"axis-1": {"refused": "two 16 bit values stand there"}}})
+    assert found["bridge b-1"] == ("warning", "axis-1: two 16 bit values stand there")
+    assert look(said | {"axes": {"axis-1": 3}})["bridge b-1"][0] == "warning"
+
+
+def test_doctor_ends_with_2_at_a_bad_bridge_file_and_with_3_where_nobody_answers(folder, monkeypatch, capsys):
+    monkeypatch.setattr("monitor.doctor_bridge.LINK_TIMEOUT", 0.2)
+    path = folder / "bridge.toml"
+    path.write_text(path.read_text() + f'[zenoh]\nconnect = ["unixsock-stream/{folder}/nobody.sock"]\n')
+    assert run("doctor", "--bridge", path) == 3
+    assert "bridge to daemon" in capsys.readouterr().out
+    path.write_text("name = 3\n")
+    assert run("doctor", "--bridge", path, "--json") == 2
+    checks = json.loads(capsys.readouterr().out)["checks"]
+    assert "name is missing or no text" in checks[-1]["finding"]
