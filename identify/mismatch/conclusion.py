@@ -16,6 +16,7 @@ from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
 from identify.mismatch.experiment import Experiment, in_words, propose, settling
+from identify.mismatch.finish import finished
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
@@ -62,6 +63,16 @@ class Conclusion:
     def spread(self) -> Uncertainty:
         """Uncertainty of the chosen model's unknowns."""
         return spread_of(self.selection.chosen)
+
+    @cached_property
+    def final(self) -> Fit:
+        """The chosen model after its last polish: what is reported of it."""
+        return self._finished(self.selection.chosen)
+
+    def _finished(self, chosen: Fit) -> Fit:
+        """`chosen` after a last polish."""
+        self.progress(Doing(Stage.CONCLUSION, "last polish"))
+        return finished(chosen, self.setting.native_time or self.setting.sample_time)
 
     @cached_property
     def constant(self) -> Constant | None:
@@ -114,7 +125,11 @@ class Conclusion:
         """All entries of the contract for a verdict."""
         baseline, evidence = self.selection.baseline, self.evidence
         held = self._held_out(baseline)
-        held_chosen = held if chosen is baseline else self._held_out(chosen)
+        if chosen is baseline:
+            shown = baseline
+        else:
+            shown = self.final if chosen is self.selection.chosen else self._finished(chosen)
+        held_chosen = self._held_out(shown)
         alternatives = self._alternatives(effects)
         candidates: tuple[Experiment, ...] = ()
         if len(alternatives) > 1:
@@ -147,11 +162,11 @@ class Conclusion:
             location=location,
             fit={
                 "baseline": Pair(baseline.short_run(), held),
-                "extended": Pair(chosen.short_run(), held_chosen),
+                "extended": Pair(shown.short_run(), held_chosen),
             },
             force_error={
                 name: force_errors(fitted.problem, fitted.x, recorded)
-                for name, fitted in (("baseline", baseline), ("extended", chosen))
+                for name, fitted in (("baseline", baseline), ("extended", shown))
             },
             held_out_kind=evidence.kind,
             run_length=RUN_LENGTH,
@@ -215,7 +230,8 @@ class Conclusion:
 
     def _effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
-        chosen = self.selection.chosen
+        chosen, final = self.selection.chosen, self.final
+        spread = spread_of(final)
         with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
         found = []
         for step in self.selection.steps:
@@ -226,7 +242,7 @@ class Conclusion:
             share = 0.0
             if with_all is not None and lacking is not None:
                 share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
-            values = quantities(chosen, guise, self.spread)
+            values = quantities(final, guise, spread)
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:
-    machine.delay = values[0]
+    machine.delay = machine.delay + values[0]
     return values[:0]
 
 

@@ -45,19 +45,28 @@ def _line(t: Floats, start: Floats, end: Floats, k: int, low: float, high: float
 def delayed(t: Floats, start: Floats, end: Floats, k: int, delay: float) -> tuple[float, float]:
     """Drive force just after sample k and just before the next, `delay` seconds late, as one line [N].
 
-    Looks at samples up to k alone, so that a closed loop may call it while it fills `start` and `end`. Before the first
-    sample the force is that of the first sample.
+    Where it is late, this looks at samples up to k alone, so that a closed loop may call it while it fills `start` and
+    `end`. Before the first sample the force is that of the first sample, after the last it goes on as it was.
 
     Args:
         t: time stamps. [s] (n,)
         start: force just after each sample. [N] (n - 1,)
         end: force just before the next. [N] (n - 1,)
         k: sample, 0 .. n - 2.
-        delay: >= 0. [s]
+        delay: negative where the force is early. [s]
     """
-    if delay <= 0.0:
+    if delay == 0.0:
         return start[k], end[k]
-    return _line(t, start, end, k, t[k] - delay, t[k + 1] - delay)
+    return _line(t, start, end, _latest(t, k, delay), t[k] - delay, t[k + 1] - delay)
+
+
+@njit(cache=True, nogil=True)
+def _latest(t: Floats, k: int, delay: float) -> int:
+    """Last sample whose force is felt before sample k + 1."""
+    i = k
+    while i + 2 < t.shape[0] and t[i + 1] < t[k + 1] - delay:
+        i += 1
+    return i
 
 
 @njit(cache=True, nogil=True)
@@ -69,15 +78,15 @@ def delayed_pieces(
     Where stamps are so irregular that several older samples begin within this one, the last is the switch.
     """
     low, high = t[k] - delay, t[k + 1] - delay
-    i = k
+    i = _latest(t, k, delay)
     while i >= 0 and t[i] >= high:
         i -= 1
-    if delay <= 0.0 or i < 0 or t[i] <= low:
+    if delay == 0.0 or i < 0 or t[i] <= low:
         first, last = delayed(t, start, end, k, delay)
         return first, last, 1.0, first, last
     switch = (t[i] - low) / (high - low)
-    before, at_switch = _line(t, start, end, k, low, t[i])
-    after_switch, after = _line(t, start, end, k, t[i], high)
+    before, at_switch = _line(t, start, end, i, low, t[i])
+    after_switch, after = _line(t, start, end, i, t[i], high)
     return (
         before,
         before + (at_switch - before) / switch,

@@ -23,6 +23,7 @@ from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.data import Evidence, gather
 from identify.mismatch.explore import explore
+from identify.mismatch.finish import finished
 from identify.mismatch.guise import Guise, Setting, guises
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.residual import setting_of
@@ -97,7 +98,7 @@ def covered(fitted: Fit, truth: dict[str, dict[str, float]]) -> dict[str, list[f
     found = {}
     for guise in fitted.problem.guises:
         for name, one in quantities(fitted, guise, spread).items():
-            true = truth[guise.name].get(name)
+            true = truth.get(guise.name, {}).get(name)
             if true is not None and one.ci95 is not None:
                 edge = one.ci95[1] if true > one.value else one.ci95[0]
                 found[f"{guise.name}.{name}"] = [one.value, true, abs(edge - one.value)]
@@ -126,7 +127,7 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
         "seed": seed, "effects": list(truth), "shapes": label["shapes"], "excitation": spec["excitation"],
         "noise": spec["noise"], "period": spec["period"], "size": spec["size"], "orientation": spec["orientation"],
         "true": label["true_criterion"], "baseline": baseline.found.criterion,
-        "baseline_held": held_out(baseline, evidence), "rms_free": None,
+        "baseline_held": held_out(baseline, evidence),
     }  # fmt: skip
     clock = time.process_time()
     ours = baseline
@@ -143,15 +144,16 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
     row["named"] = len(ours.problem.guises) == len(truth)
     if row["named"]:
         clock = time.process_time()
-        row["covered"] = covered(ours, truth)
+        final = finished(ours, setting.native_time or setting.sample_time)
         row["cpu"].append(time.process_time() - clock)
+        row["covered"], row["final_held"] = covered(final, truth), held_out(final, evidence)
+        row["final_setting"] = list(final.found.setting)
         row["ours"], row["ours_held"], row["setting"] = (
             ours.found.criterion, held_out(ours, evidence), list(ours.found.setting))  # fmt: skip
     best = oracle(baseline, ways, truth, label["friction"], setting)
     if best is not None:
         row["oracle"], row["oracle_held"] = best.found.criterion, held_out(best, evidence)
         row["oracle_setting"] = list(best.found.setting)
-        row["oracle_covered"] = covered(best, truth)
     return row
 
 
