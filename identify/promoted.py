@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import Guise, guises
+from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import quantities
 from identify.mismatch.residual import setting_of
 from identify.mismatch.score import Lead, extend, leads
+from identify.mismatch.ways import guises
 from identify.observer import gain_table
 from identify.problem import FrictionProblem
 from identify.result import Parameter

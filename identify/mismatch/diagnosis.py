@@ -13,11 +13,11 @@ from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import digest, gather
-from identify.mismatch.guise import guises
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
 from identify.mismatch.select import select
+from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve
 from identify.uncertainty import Uncertainty

@@ -27,8 +27,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from identify.mismatch.data import gather
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import guises
 from identify.mismatch.residual import setting_of
+from identify.mismatch.ways import guises
 from identify.polish import polish_all
 from identify.preprocess import Samples
 from plant.axis import Axis

@@ -8,11 +8,11 @@ import pytest
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import guises
 from identify.mismatch.inverse import effect_force, unexplained
 from identify.mismatch.locate import coordinates
 from identify.mismatch.residual import setting_of
 from identify.mismatch.result import Verdict
+from identify.mismatch.ways import guises
 from identify.observer import gain_table
 from identify.preprocess import prepare
 from identify.problem import FrictionProblem

@@ -7,8 +7,9 @@ import pytest
 
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.guise import Setting, guises
+from identify.mismatch.guise import Setting
 from identify.mismatch.rules import Step, agreed, best_of
+from identify.mismatch.ways import guises
 from plant.axis_file import read_axis
 from plant.effects import find
 from plant.recording_files import read_recording_entry

@@ -18,9 +18,9 @@ import numpy as np
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.data import gather
 from identify.mismatch.detect import detectable
-from identify.mismatch.guise import guises
 from identify.mismatch.residual import setting_of
 from identify.mismatch.score import leads
+from identify.mismatch.ways import guises
 from identify.mismatch.words import LIMITS
 from plant.axis_file import read_axis
 from plant.effects import find, names

@@ -24,10 +24,11 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.data import Evidence, gather
 from identify.mismatch.explore import explore
 from identify.mismatch.finish import finished
-from identify.mismatch.guise import Guise, Setting, guises
+from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.report_values import quantities, spread_of
 from identify.mismatch.residual import setting_of
 from identify.mismatch.score import extend
+from identify.mismatch.ways import guises
 from plant.axis import TorqueHold
 from plant.axis_file import read_axis
 from plant.effects import find, names

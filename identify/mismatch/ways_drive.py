@@ -1,0 +1,61 @@
+"""Where effects of the drive, of speed and of direction may be present: mostly one number each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from identify.mismatch.guise import CLOCK, Guise, Setting, Unknown, grid
+from plant.effects.effect import Effect
+
+
+def offset(e: Effect, s: Setting) -> list[Guise]:
+    """A constant force, where the baseline does not hold it already."""
+    if s.free_offset:  # the baseline holds it already
+        return []
+    return [Guise(e, (Unknown("force", 0.1 * s.force, -2 * s.force, 2 * s.force),), grid([0.02 * s.force]))]
+
+
+def ratio(parameter: str, unit: float, limit: float, start: float) -> Callable[[Effect, Setting], list[Guise]]:
+    """One dimensionless amplitude between ± limit."""
+
+    def make(e: Effect, s: Setting) -> list[Guise]:  # noqa: ARG001
+        return [Guise(e, (Unknown(parameter, unit, -limit, limit),), grid([start]))]
+
+    return make
+
+
+def drag(e: Effect, s: Setting) -> list[Guise]:
+    """Square of the speed."""
+    unit = s.force / s.speed**2
+    return [Guise(e, (Unknown("coefficient", 0.3 * unit, -3 * unit, 3 * unit),), grid([0.05 * unit]))]
+
+
+def lag(parameter: str) -> Callable[[Effect, Setting], list[Guise]]:
+    """A time between 0 and 0.2 s."""
+
+    def make(e: Effect, s: Setting) -> list[Guise]:
+        rows = [v for v in (0.5 * s.sample_time, 2 * s.sample_time, 0.03, 0.08) if v < 0.15]
+        least = CLOCK * (s.native_time or s.sample_time)
+        return [Guise(e, (Unknown(parameter, 0.02, 0.0, 0.2),), grid(rows), least=least)]
+
+    return make
+
+
+def saturation(e: Effect, s: Setting) -> list[Guise]:
+    """A limit below the peak of the drive force."""
+    gain = abs(s.axis.mechanics.gain)
+    peak = s.peak / gain
+    unknowns = (Unknown("limit", peak, 0.2 * peak, 1.02 * peak, log=True),)
+    return [Guise(e, unknowns, grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))]
+
+
+def inertia(e: Effect, s: Setting) -> list[Guise]:
+    """More or less mass, weighing or not."""
+    if not s.axis.mechanics.inertia_known:
+        return []
+    unknown = Unknown("mass_error", 0.2 * s.mass, -0.8 * s.mass, 4.0 * s.mass)
+    shares = [1.0, 0.0] if s.axis.mechanics.weight > 0 else [0.0]
+    names = {p.name for p in e.parameters}
+    if "weight_share" not in names:
+        return [Guise(e, (unknown,), grid([0.03 * s.mass]))]
+    return [Guise(e, (unknown,), grid([0.03 * s.mass]), (("weight_share", share),)) for share in shares]

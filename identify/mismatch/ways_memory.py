@@ -1,0 +1,77 @@
+"""Where effects with a memory may be present: bristles, gaps, springs, rests, warmth, one moment."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from plant.effects.effect import Effect
+
+
+def bristles(e: Effect, s: Setting) -> list[Guise]:
+    """Soft to hard, damped near critically."""
+    soft, unit, hard = max(1e3 * s.spring, s.force / (0.25 * s.travel)), 1e5 * s.spring, 1e7 * s.spring
+    damping = max(0.6 * math.sqrt(unit * s.mass), 1e-9)
+    unknowns = (
+        Unknown("bristle_stiffness", unit, soft, hard, log=True),
+        Unknown("bristle_damping", damping, 1e-3 * damping, 1e2 * damping, log=True, spread=1.5),
+    )
+    ways = [share * unit for share in (0.2, 0.6, 2.0, 6.0, 30.0)]
+    rows = [(k, 0.6 * math.sqrt(k * s.mass)) for k in ways if soft < k < hard]
+    return [Guise(e, unknowns, np.array(rows), stiff=True)] if rows else []
+
+
+def backlash(e: Effect, s: Setting) -> list[Guise]:
+    """A gap, where there are two masses."""
+    if not _two_masses(s):
+        return []
+    return [Guise(e, (Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),), grid([3e-5, 1e-4, 4e-4, 1.5e-3]), stiff=True)]
+
+
+def compliance(e: Effect, s: Setting) -> list[Guise]:
+    """A spring and its damping, where there are two masses."""
+    if not _two_masses(s):
+        return []
+    unknowns = (
+        Unknown("stiffness", 3e4, 1e3, 1e6, log=True),
+        Unknown("damping", 30.0, 0.3, 1e4, log=True, spread=2.0),
+    )
+    return [Guise(e, unknowns, np.array([(1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)]), stiff=True)]
+
+
+def _two_masses(s: Setting) -> bool:
+    """True where the axis file splits the inertia into motor and load."""
+    mechanics = s.axis.mechanics
+    return mechanics.inertia_known and mechanics.M > 0 and mechanics.J > 0 and not s.axis.is_rotary
+
+
+def dwell(e: Effect, s: Setting) -> list[Guise]:
+    """A rise of the static force, where there are rests."""
+    if s.rests < 0.1:
+        return []
+    unknowns = (
+        Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
+        Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
+    )
+    return [Guise(e, unknowns, grid([0.05 * s.force], [0.1, 0.5, 3.0]))]
+
+
+def thermal(e: Effect, s: Setting) -> list[Guise]:
+    """Viscous friction that falls with time."""
+    unknowns = (
+        Unknown("relative_drop", 0.3, -0.9, 5.0),
+        Unknown("time_constant", s.duration, min(1.0, 0.1 * s.duration), 3600.0, log=True, spread=2.0),
+    )
+    return [Guise(e, unknowns, grid([0.1], [0.15 * s.duration, 0.5 * s.duration, 2.0 * s.duration]))]
+
+
+def step(e: Effect, s: Setting) -> list[Guise]:
+    """Dry friction from one moment on, at 24 moments."""
+    unknowns = (
+        Unknown("step", 0.1 * s.force, -2 * s.force, 2 * s.force),
+        Unknown("time", 0.03 * s.duration, 0.0, s.duration, spread=100.0),
+    )
+    times = np.linspace(0.0, s.duration, 26)[1:-1]
+    return [Guise(e, unknowns, grid([0.05 * s.force], list(times)))]
