@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
-from identify.mismatch.report_values import quantities
+from identify.mismatch.report_values import Measured, quantities
 from identify.mismatch.residual import setting_of
 from identify.mismatch.score import Lead, extend, leads
 from identify.mismatch.ways import guises
@@ -127,7 +127,7 @@ def describe_effects(problem: ExtendedProblem, found: SearchResult, spread: Unce
             for unknown, edge in zip(guise.unknowns, spread.at_bound[slot], strict=True)
             if edge and unknown.parameter not in (guise.wave or ())
         }
-        for name, quantity in quantities(fit, guise, spread).items():
+        for name, quantity in quantities(Measured(fit, spread), guise).items():
             low, high = quantity.ci95 if quantity.ci95 is not None else (-np.inf, np.inf)
             wide = max(KNOWN * abs(quantity.value), units.get(name, 0.0))
             known = name not in stuck and 0.5 * (high - low) < wide

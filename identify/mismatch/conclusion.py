@@ -24,7 +24,7 @@ from identify.mismatch.locate import COORDINATE, named_location
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
-from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.report_values import measured, quantities, second_opinion, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
 from identify.mismatch.rules import CLEAN, HELD_OUT, Step, beyond, price, tied
@@ -230,8 +230,8 @@ class Conclusion:
 
     def _effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
-        chosen, final = self.selection.chosen, self.final
-        spread = spread_of(final)
+        chosen, final = self.selection.chosen, measured(self.final)
+        other = second_opinion(self.final, self.evidence.held_out)
         with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
         found = []
         for step in self.selection.steps:
@@ -242,7 +242,7 @@ class Conclusion:
             share = 0.0
             if with_all is not None and lacking is not None:
                 share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
-            values = quantities(final, guise, spread)
+            values = quantities(final, guise, other)
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
-from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
 from identify.mismatch.rules import OFFSET_PRIOR, SAME, TIED_BIC, price
 from identify.mismatch.score import extend
@@ -54,7 +54,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     best = found[names[0]]
     guise = next(guise for guise in best.problem.guises if guise.name == names[0])
     share = value**2 / (value**2 + rest**2)
-    return Constant(best, FoundEffect(guise.name, share, quantities(best, guise, spread_of(best)), abs(value)), names)
+    return Constant(best, FoundEffect(guise.name, share, quantities(measured(best), guise), abs(value)), names)
 
 
 def _constant(guise: Guise) -> bool:

@@ -82,6 +82,18 @@ class ExtendedProblem(FrictionProblem):
         finer.substeps = max(1, int(np.ceil(self.samples.sample_time / longest_substep - 1e-9)))
         return finer
 
+    def marched(self, most_substeps: int) -> ExtendedProblem:
+        """The same problem with up to `most_substeps` a sample, where an effect asks for them."""
+        return ExtendedProblem(
+            self.samples,
+            self.axis,
+            self.guises,
+            middle=self.middle,
+            scales=self.scales,
+            first_state=self.first_state,
+            most_substeps=most_substeps,
+        )
+
     def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
         """The same data with other effects."""
         return type(self)(
@@ -93,6 +105,10 @@ class ExtendedProblem(FrictionProblem):
             first_state=self.first_state,
             most_substeps=self.most_substeps,
         )
+
+    def guise(self, name: str) -> Guise:
+        """The effect called `name`."""
+        return next(guise for guise in self.guises if guise.name == name)
 
     def slot(self, guise: Guise) -> slice:
         """Where the unknowns of `guise` stand in x."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.clock import clock
 from identify.mismatch.compare import Fit, fit, free_run_ratio
-from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.score import extend
 from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.search import CLASSICAL
@@ -25,7 +25,8 @@ Floats = NDArray[np.float64]
 FINE = 64  # sub-steps of a sample at most, for springs, gaps and bristles
 ASIDE = 0.7  # of a logarithmic unknown: a factor of two from where the coarse steps led
 STEPS = (1, 2, 3, 4)  # half decades below the likeliest strength of the observer
-BETTER = 0.9  # eq. (4) over one-second runs of the fitted data must fall at least to this share
+BETTER = 0.7  # eq. (4) over one-second runs of the fitted data must fall at least to this share
+APART = 10.0  # of the loss: by so much likelier clocks apart must be than clocks that agree, about ln n
 ITERATIONS = 15
 
 
@@ -36,7 +37,9 @@ def finished(fitted: Fit, period: float) -> Fit:
         fitted: where the search of the model ended.
         period: of the recording before averaging, whose clocks may be apart. [s]
     """
-    fitted = _again(fitted, period)
+    if any(guise.stiff for guise in fitted.problem.guises):
+        fitted = _in_fine_steps(fitted)
+    fitted = _with_clocks(fitted, period)
     problem = fitted.problem
     gains, settings = gain_table(problem.samples.sample_time)
     tau, rho = fitted.found.setting
@@ -46,7 +49,8 @@ def finished(fitted: Fit, period: float) -> Fit:
         return fitted
     points = _with_classical(np.repeat(fitted.x[None], len(weaker), axis=0))
     index = np.tile(weaker, 2)
-    ends = polish_all(problem, points, gains[:, index], ITERATIONS)
+    clocks = problem.slot(problem.guise("clock")).start  # what a strong observer could not tell, a weak one cannot
+    ends = polish_all(problem, points, gains[:, index], ITERATIONS, pinned=clocks)
     best, least = fitted, BETTER
     for k in range(len(weaker)):
         own = k if ends.loss[k] <= ends.loss[k + len(weaker)] else k + len(weaker)
@@ -64,29 +68,25 @@ def finished(fitted: Fit, period: float) -> Fit:
     return best
 
 
-def _again(fitted: Fit, period: float) -> Fit:
-    """The model fitted again with the clocks apart, in fine steps; from where the search led, and from around it."""
-    coarse = fitted.problem
-    problem = ExtendedProblem(
-        coarse.samples,
-        coarse.axis,
-        (*coarse.guises, clock(period)),
-        middle=coarse.middle,
-        scales=coarse.scales,
-        first_state=coarse.first_state,
-        most_substeps=FINE if any(guise.stiff for guise in coarse.guises) else coarse.most_substeps,
-    )
-    x = np.zeros(problem.size)
-    x[: problem.base], x[problem.p :] = fitted.x[: problem.base], fitted.x[coarse.p :]
-    for guise in coarse.guises:
-        x[problem.slot(guise)] = fitted.x[coarse.slot(guise)]
-    starts = [x]
-    for guise in coarse.guises:
+def _in_fine_steps(coarse: Fit) -> Fit:
+    """A model with springs, gaps or bristles fitted again, from where long steps led and from around it."""
+    problem = coarse.problem.marched(FINE)
+    starts = [coarse.x]
+    for guise in problem.guises:
         if guise.stiff and guise.unknowns[0].log:
             for step in (-ASIDE, ASIDE):
-                starts.append(x.copy())
+                starts.append(coarse.x.copy())
                 starts[-1][problem.slot(guise).start] += step
     return fit(problem, np.clip(_with_classical(np.array(starts)), *problem.bounds))
+
+
+def _with_clocks(fitted: Fit, period: float) -> Fit:
+    """The same with clocks that may be apart; they agree unless the data say otherwise, but nobody knows for sure."""
+    problem, x = extend(fitted, clock(period), np.array([[0.0]]))
+    apart = fit(problem, _with_classical(x))
+    if apart.found.criterion < fitted.found.criterion - APART:
+        return apart
+    return Fit(problem, dataclasses.replace(fitted.found, x=x[0]))
 
 
 def _with_classical(points: Floats) -> Floats:

@@ -1,6 +1,14 @@
-"""Reported quantities of a fitted effect, with intervals carried over from the unknowns."""
+"""Reported quantities of a fitted effect, with intervals carried over from the unknowns.
+
+A model that is not quite right errs alike all through one motion, and no scatter within it tells. Another motion errs
+otherwise: where the unseen data, fitted on their own, want another value than chance allows, the interval grows by what
+two motions differ by (random effects: DerSimonian & Laird 1986, with two studies). The value stays that of the fit.
+"""
 
 from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +17,14 @@ from identify.mismatch.compare import Fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.result import Quantity
-from identify.uncertainty import Uncertainty, uncertainty
+from identify.polish import polish_all
+from identify.preprocess import Samples
+from identify.uncertainty import NORMAL, Uncertainty, uncertainty
 
 Floats = NDArray[np.float64]
 
 DIFFERENCE = 1e-5  # of a scaled unknown
+ITERATIONS = 10
 
 
 def spread_of(fit: Fit) -> Uncertainty:
@@ -21,8 +32,50 @@ def spread_of(fit: Fit) -> Uncertainty:
     return uncertainty(fit.problem, fit.x, fit.found.gain)
 
 
-def quantities(fit: Fit, guise: Guise, spread: Uncertainty) -> dict[str, Quantity]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """A fit and the uncertainty of its unknowns."""
+
+    fit: Fit
+    spread: Uncertainty
+
+
+def measured(fit: Fit) -> Measured:
+    """`fit` and how well it knows its unknowns."""
+    return Measured(fit, spread_of(fit))
+
+
+def second_opinion(first: Fit, unseen: Samples) -> Measured:
+    """The same model fitted to data that the first fit has not seen, from where that ended."""
+    problem = first.problem.on(unseen)
+    x = np.concatenate([first.x[: problem.p], np.zeros(problem.size - problem.p)])
+    ends = polish_all(problem, x[None], first.found.gain, ITERATIONS)
+    found = dataclasses.replace(first.found, x=ends.x[0], criterion=float(ends.loss[0]))
+    return measured(Fit(problem, found))
+
+
+def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> dict[str, Quantity]:
     """Reported parameters of `guise` by name, with 95 % intervals; those of logarithmic unknowns are asymmetric."""
+    own = _on_scale(one, guise)
+    other = {} if second is None else _on_scale(second, guise)
+    found = {}
+    for name, (value, unit, at, half) in own.items():
+        if name in other:
+            _, _, there, half_there = other[name]
+            beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
+            half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))
+        if at == value:
+            interval = (value - half, value + half)
+        else:
+            factor = float(np.exp(min(half, 50.0)))
+            interval = (value / factor, value * factor)
+        found[name] = Quantity(value, unit, interval)
+    return found
+
+
+def _on_scale(one: Measured, guise: Guise) -> dict[str, tuple[float, str, float, float]]:
+    """Name -> value, unit, then value and half-width of its interval on its own scale: logarithmic or not."""
+    fit, spread = one.fit, one.spread
     centre = reported(fit.problem, guise, fit.x)
     names = list(centre)
     gradients = np.zeros((len(names), len(fit.x)))
@@ -33,15 +86,12 @@ def quantities(fit: Fit, guise: Guise, spread: Uncertainty) -> dict[str, Quantit
         gradients[:, index] = [(changed[name][0] - centre[name][0]) / DIFFERENCE for name in names]
     logarithmic = {unknown.parameter for unknown in guise.unknowns if unknown.log}
     found = {}
-    for name, gradient in zip(names, gradients, strict=True):
+    for name, half in zip(names, spread.half_widths(gradients), strict=True):
         value, unit = centre[name]
-        half = float(spread.half_widths(gradient[None])[0])
         if name in logarithmic and value > 0:
-            factor = float(np.exp(min(half / value, 50.0)))
-            interval = (value / factor, value * factor)
+            found[name] = value, unit, float(np.log(value)), float(half) / value
         else:
-            interval = (value - half, value + half)
-        found[name] = Quantity(value, unit, interval)
+            found[name] = value, unit, value, float(half)
     return found
 
 

@@ -25,7 +25,8 @@ from identify.mismatch.data import Evidence, gather
 from identify.mismatch.explore import explore
 from identify.mismatch.finish import finished
 from identify.mismatch.guise import Guise, Setting
-from identify.mismatch.report_values import quantities, spread_of
+from identify.mismatch.report_values import measured as known
+from identify.mismatch.report_values import quantities, second_opinion
 from identify.mismatch.residual import setting_of
 from identify.mismatch.score import extend
 from identify.mismatch.ways import guises
@@ -93,16 +94,19 @@ def held_out(fitted: Fit, evidence: Evidence) -> float:
     return Fit(problem, dataclasses.replace(fitted.found, x=x)).short_run()
 
 
-def covered(fitted: Fit, truth: dict[str, dict[str, float]]) -> dict[str, list[float]]:
-    """Parameter -> value, truth, half-width on the side of the truth."""
-    spread = spread_of(fitted)
+def covered(fitted: Fit, evidence: Evidence, truth: dict[str, dict[str, float]]) -> dict[str, list[float]]:
+    """Parameter -> value, truth, half-width on the side of the truth, and that without a second opinion."""
+    one, other = known(fitted), second_opinion(fitted, evidence.held_out)
     found = {}
     for guise in fitted.problem.guises:
-        for name, one in quantities(fitted, guise, spread).items():
+        for name, shown in quantities(one, guise, other).items():
             true = truth.get(guise.name, {}).get(name)
-            if true is not None and one.ci95 is not None:
-                edge = one.ci95[1] if true > one.value else one.ci95[0]
-                found[f"{guise.name}.{name}"] = [one.value, true, abs(edge - one.value)]
+            alone = quantities(one, guise)[name]
+            if true is not None and shown.ci95 is not None and alone.ci95 is not None:
+                side = int(true > shown.value)
+                found[f"{guise.name}.{name}"] = [
+                    shown.value, true, abs(shown.ci95[side] - shown.value), abs(alone.ci95[side] - shown.value)
+                ]  # fmt: skip
     return found
 
 
@@ -147,7 +151,7 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
         clock = time.process_time()
         final = finished(ours, setting.native_time or setting.sample_time)
         row["cpu"].append(time.process_time() - clock)
-        row["covered"], row["final_held"] = covered(final, truth), held_out(final, evidence)
+        row["covered"], row["final_held"] = covered(final, evidence, truth), held_out(final, evidence)
         row["final_setting"] = list(final.found.setting)
         row["ours"], row["ours_held"], row["setting"] = (
             ours.found.criterion, held_out(ours, evidence), list(ours.found.setting))  # fmt: skip
