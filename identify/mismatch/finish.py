@@ -18,7 +18,7 @@ from identify.mismatch.compare import Fit, fit, free_run_ratio
 from identify.mismatch.score import extend
 from identify.observer import gain_table
 from identify.polish import polish_all
-from identify.search import CLASSICAL
+from identify.search import CLASSICAL, ROUGH
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +37,8 @@ def finished(fitted: Fit, period: float) -> Fit:
         fitted: where the search of the model ended.
         period: of the recording before averaging, whose clocks may be apart. [s]
     """
-    if any(guise.stiff for guise in fitted.problem.guises):
+    stiff = any(guise.stiff for guise in fitted.problem.guises)
+    if stiff:
         fitted = _in_fine_steps(fitted)
     fitted = _with_clocks(fitted, period)
     problem = fitted.problem
@@ -47,13 +48,16 @@ def finished(fitted: Fit, period: float) -> Fit:
     weaker = same[[step - 1 for step in STEPS if step <= len(same)]]
     if not len(weaker):
         return fitted
-    points = _with_classical(np.repeat(fitted.x[None], len(weaker), axis=0))
-    index = np.tile(weaker, 2)
+    count = len(weaker)
+    points = np.repeat(np.stack([fitted.x, _classical(fitted.x)]), count, axis=0)
+    if stiff:  # dear, and started from there already
+        points = points[:count]
+    index = np.resize(weaker, len(points))
     clocks = problem.slot(problem.guise("clock")).start  # what a strong observer could not tell, a weak one cannot
     ends = polish_all(problem, points, gains[:, index], ITERATIONS, pinned=clocks)
     best, least = fitted, BETTER
-    for k in range(len(weaker)):
-        own = k if ends.loss[k] <= ends.loss[k + len(weaker)] else k + len(weaker)
+    for k in range(count):
+        own = k + count * int(np.argmin(ends.loss[k::count]))
         found = dataclasses.replace(
             fitted.found,
             x=ends.x[own],
@@ -77,20 +81,23 @@ def _in_fine_steps(coarse: Fit) -> Fit:
             for step in (-ASIDE, ASIDE):
                 starts.append(coarse.x.copy())
                 starts[-1][problem.slot(guise).start] += step
-    return fit(problem, np.clip(_with_classical(np.array(starts)), *problem.bounds))
+    starts.append(_classical(coarse.x))
+    ends = polish_all(problem, np.array(starts), coarse.found.gain, ITERATIONS, ROUGH)
+    return fit(problem, ends.x[[ends.best]])
 
 
 def _with_clocks(fitted: Fit, period: float) -> Fit:
     """The same with clocks that may be apart; they agree unless the data say otherwise, but nobody knows for sure."""
     problem, x = extend(fitted, clock(period), np.array([[0.0]]))
-    apart = fit(problem, _with_classical(x))
-    if apart.found.criterion < fitted.found.criterion - APART:
-        return apart
+    points = np.stack([x[0], _classical(x[0])])
+    ends = polish_all(problem, points, fitted.found.gain, ITERATIONS, ROUGH)
+    if ends.loss[ends.best] < fitted.found.criterion - APART:
+        return fit(problem, ends.x[[ends.best]])
     return Fit(problem, dataclasses.replace(fitted.found, x=x[0]))
 
 
-def _with_classical(points: Floats) -> Floats:
-    """Points (k, size), and the same with a textbook friction: (2 k, size)."""
-    other = points.copy()
-    other[:, : len(CLASSICAL)] = CLASSICAL
-    return np.concatenate([points, other])
+def _classical(x: Floats) -> Floats:
+    """Unknowns x (size,) with a textbook friction."""
+    other = x.copy()
+    other[: len(CLASSICAL)] = CLASSICAL
+    return other
