@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.clock import clock
-from identify.mismatch.compare import Fit, fit, free_run_ratio
+from identify.mismatch.compare import Fit, free_run_ratio
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.score import extend
 from identify.observer import gain_table
 from identify.polish import polish_all
-from identify.search import CLASSICAL, ROUGH
+from identify.search import CLASSICAL, ROUGH, SearchResult, losses_by_gain
 
 Floats = NDArray[np.float64]
 
-FINE = 64  # sub-steps of a sample at most, for springs, gaps and bristles
+FINE = 40  # sub-steps of a sample at most, for springs, gaps and bristles
 ASIDE = 0.7  # of a logarithmic unknown: a factor of two from where the coarse steps led
 STEPS = (1, 2, 3, 4)  # half decades below the likeliest strength of the observer
 BETTER = 0.7  # eq. (4) over one-second runs of the fitted data must fall at least to this share
@@ -82,18 +83,31 @@ def _in_fine_steps(coarse: Fit) -> Fit:
                 starts.append(coarse.x.copy())
                 starts[-1][problem.slot(guise).start] += step
     starts.append(_classical(coarse.x))
-    ends = polish_all(problem, np.array(starts), coarse.found.gain, ITERATIONS, ROUGH)
-    return fit(problem, ends.x[[ends.best]])
+    return _settled(problem, np.array(starts), coarse.found)
 
 
 def _with_clocks(fitted: Fit, period: float) -> Fit:
     """The same with clocks that may be apart; they agree unless the data say otherwise, but nobody knows for sure."""
     problem, x = extend(fitted, clock(period), np.array([[0.0]]))
-    points = np.stack([x[0], _classical(x[0])])
-    ends = polish_all(problem, points, fitted.found.gain, ITERATIONS, ROUGH)
-    if ends.loss[ends.best] < fitted.found.criterion - APART:
-        return fit(problem, ends.x[[ends.best]])
+    apart = _settled(problem, np.stack([x[0], _classical(x[0])]), fitted.found)
+    if apart.found.criterion < fitted.found.criterion - APART:
+        return apart
     return Fit(problem, dataclasses.replace(fitted.found, x=x[0]))
+
+
+def _settled(problem: ExtendedProblem, points: Floats, found: SearchResult) -> Fit:
+    """The best of points (k, size), polished at the gain of `found`, then at its own likeliest one."""
+    gains, settings = gain_table(problem.samples.sample_time)
+    ends = polish_all(problem, np.clip(points, *problem.bounds), found.gain, ITERATIONS, ROUGH)
+    index = int(losses_by_gain(problem, ends.x[[ends.best]], gains).argmin())
+    last = polish_all(problem, ends.x[[ends.best]], gains[:, index], ITERATIONS)
+    setting = settings[:, index].copy()
+    return Fit(
+        problem,
+        dataclasses.replace(
+            found, x=last.x[0], criterion=float(last.loss[0]), gain=gains[:, index].copy(), setting=setting
+        ),
+    )
 
 
 def _classical(x: Floats) -> Floats:
