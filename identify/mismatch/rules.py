@@ -15,6 +15,7 @@ from identify.mismatch.guise import Guise
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
+SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
@@ -72,10 +73,21 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
-    odd = guise.oddity(fitted.x[fitted.problem.slot(guise)])
+    odd = guise.oddity(fitted.x[fitted.problem.slot(guise)]) or _too_soft(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
     return odd
+
+
+def _too_soft(fitted: Fit, guise: Guise) -> str | None:
+    """Why a stop is none: it is softer than the catalogue's stops, a spring along part of the travel; or None."""
+    if guise.name != "end_stop":
+        return None
+    stiffness = guise.unknowns[1]
+    value = float(stiffness.value(fitted.x[fitted.problem.slot(guise)][1:])[0])
+    if value >= SOFTEST * stiffness.low:
+        return None
+    return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
 
 
 def _hidden_state(guise: Guise, evidence: Comparison) -> bool:

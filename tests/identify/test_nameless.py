@@ -1,6 +1,7 @@
 """Structure that no name stands for: found through the predictor, on another simulator's data."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Setting
-from identify.mismatch.rules import Step, agreed, best_of
+from identify.mismatch.rules import Step, agreed, best_of, cost
 from identify.mismatch.ways import guises
 from plant.axis_file import read_axis
 from plant.effects import find
@@ -77,6 +78,19 @@ def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(mo
     assert best_of([fair, step(-200.0, refused="one-second predictions do not improve (1.10)")]) is fair
     assert best_of([fair, step(-900.0, refused="one-second predictions do not improve (1.10)")]) is None
     assert best_of([step(-90.0, refused="the evidence comes from few places (z = 1.0)")]) is None
+
+
+def test_a_name_that_needs_a_constant_force_beside_it_costs_one_more_unknown():
+    def fitted(offset, names=()):
+        axis, scales = SimpleNamespace(drive=SimpleNamespace(rated_force=100.0)), SimpleNamespace(force=50.0)
+        samples = SimpleNamespace(used=1000)
+        problem = SimpleNamespace(gravity_known=True, axis=axis, scales=scales, p=6, samples=samples)
+        x = np.array([0.4, 0.5, -1.6, 0.4, offset / scales.force])
+        return SimpleNamespace(problem=problem, names=names, x=x, found=SimpleNamespace(criterion=-500.0))
+
+    assert cost(fitted(0.5)) == pytest.approx(-500.0 + 6 * np.log(1000))
+    assert cost(fitted(-3.0)) == pytest.approx(-500.0 + 7 * np.log(1000))
+    assert cost(fitted(-3.0, ("coulomb_asymmetry",))) == pytest.approx(-500.0 + 6 * np.log(1000))
 
 
 def test_evidence_from_few_places_counts_where_enough_is_left_without_the_best():
