@@ -6,7 +6,7 @@ from typing import Any
 
 from monitor.advice import advice
 from monitor.findings import Kind
-from monitor.times import iso, span
+from monitor.times import UNITS, iso, span
 
 SCHEMA_VERSION = 1
 RIVALS, NOTICEABLE = 2, 0.005  # causes always shown, and the score from which others are
@@ -137,11 +137,17 @@ def _explain_change(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
         said.append(remaining_words(evidence["remaining"]))
     corrected = " and ".join(evidence["corrected_for"]) or "nothing"
     said.append(
-        f"Baseline: {_count(evidence['baseline_windows'], 'window')}, known to {evidence['baseline_error']:.1%}, "
+        f"Baseline: {_count(evidence['baseline_windows'], 'window')}{_over(evidence)}, known to {evidence['baseline_error']:.1%}, "
         f"windows scatter by {evidence['baseline_scatter']:.1%}, corrected for {corrected}; threshold for at most "
         f"{_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
     )
     return " ".join(said)
+
+
+def _over(evidence: dict[str, Any]) -> str:
+    """What time the baseline spans; alerts of older versions do not say."""
+    days = evidence.get("baseline_days")
+    return "" if days is None else f" over {span(round(days * UNITS['d']))}"
 
 
 def _numbers(evidence: dict[str, Any]) -> str:

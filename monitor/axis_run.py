@@ -203,6 +203,7 @@ def drift_rule(axis: Axis, config: Config) -> DriftRule:
     """The settings of the watch, for this axis."""
     return DriftRule(
         baseline_windows=config.drift.baseline_windows,
+        baseline_span=config.drift.baseline_span,
         min_change=config.drift.min_change,
         jam_rise=config.drift.jam_rise,
         false_alarms_per_year=config.alarms.false_alarms_per_axis_year,

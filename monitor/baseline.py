@@ -10,13 +10,17 @@ import numpy as np
 
 from monitor.channels import (
     MOVERS,
+    PARTS,
     REFERENCES,
+    SHAPES,
     UNEXPLAINED,
     Channel,
+    Parts,
     Seen,
     channels_of,
     extras_of,
     numbers_of,
+    parts_of,
     reference_speeds,
 )
 from monitor.glr import YEAR_NS
@@ -38,6 +42,7 @@ class Baseline:
         steps_per_year: non-overlapping informative windows, at the cadence of the first baseline. [1/a]
         speeds: reference speeds. [m/s or rad/s] (REFERENCES,)
         stribeck_velocity: median, for the shapes of changes. [m/s or rad/s]
+        parts: matched filters, see `channels.parts_of`.
         channels: the numbers, in the order of `channels.numbers_of`.
         movers: which of temperature and load are corrected for.
         ranges: lowest and highest of each of them. (p, 2)
@@ -53,6 +58,7 @@ class Baseline:
     steps_per_year: float
     speeds: tuple[float, ...]
     stribeck_velocity: float
+    parts: Parts
     channels: tuple[Channel, ...]
     movers: tuple[str, ...]
     ranges: tuple[tuple[float, float], ...]
@@ -66,13 +72,13 @@ class Baseline:
         return isinstance(other, Baseline) and self.to_dict() == other.to_dict()
 
     def __hash__(self) -> int:
-        """By the windows it was made of."""
-        return hash((self.windows, self.from_ns, self.to_ns))
+        """By the windows it was made of, and refined with."""
+        return hash((self.windows, self.from_ns, self.to_ns, self.moments.dof))
 
     @property
     def extra(self) -> tuple[str, ...]:
         """Names of what is watched beside friction."""
-        return tuple(one.name for one in self.channels[REFERENCES + 3 :])
+        return tuple(one.name for one in self.channels[len(SHAPES) : -len(PARTS)])
 
     @property
     def friction(self) -> Floats:
@@ -105,6 +111,7 @@ class Baseline:
         lists = {name: tuple(values[name]) for name in ("speeds", "movers", "usual")}
         ranges = tuple((float(low), float(high)) for low, high in values["ranges"])
         fit = _fit(moments, channels, lists["movers"], ranges)
+        lists["parts"] = tuple(tuple(one) for one in values["parts"])
         lists["made_of"] = tuple(tuple(one) for one in values["made_of"])
         return cls(**{**values, **lists, "ranges": ranges, "channels": channels, "moments": moments, "fit": fit})
 
@@ -141,7 +148,7 @@ def learn(
     if len(covering) < needed:
         return None
     extra = extras_of(covering)
-    told = [(window, numbers) for window in covering if (numbers := numbers_of(window, speeds, extra)) is not None]
+    told = [(window, numbers) for window in covering if (numbers := numbers_of(window, speeds, extra, ())) is not None]
     whole = [(window, numbers) for window, numbers in told if np.isfinite(numbers[0]).all()]
     if len(whole) < needed:
         return None
@@ -151,6 +158,8 @@ def learn(
     x = np.array([[window.conditions[name] for name in movers] for window in seen]).reshape(len(seen), len(movers))
     channels = channels_of(y.mean(axis=0), speeds, extra, min_change, units)
     ranges = tuple((float(column.min()), float(column.max())) for column in x.T)
+    parts = _parts(x, y, channels[: -len(PARTS)], movers, ranges, speeds)
+    y, s = (np.array([pair[k] for pair in _with_parts(seen, speeds, extra, parts)]) for k in (0, 1))
     moments = Moments.of(x, y)
     first = _fit(moments, channels, movers, ranges)
     moments = moments.with_lags(y - moments.mean_y - (x - moments.mean_x) @ first.slopes)
@@ -164,6 +173,7 @@ def learn(
         steps_per_year=(len(seen) - 1) / max(end.end_ns - begin.end_ns, 1) * YEAR_NS,
         speeds=speeds,
         stribeck_velocity=float(np.median(known)) if known else speeds[len(speeds) // 2] / 2,
+        parts=parts,
         channels=channels,
         movers=movers,
         ranges=ranges,
@@ -172,6 +182,28 @@ def learn(
         moments=moments,
         fit=_fit(moments, channels, movers, ranges),
     )
+
+
+def _parts(
+    x: Floats,
+    y: Floats,
+    channels: tuple[Channel, ...],
+    movers: tuple[str, ...],
+    ranges: tuple[tuple[float, float], ...],
+    speeds: tuple[float, ...],
+) -> Parts:
+    """Matched filters from the scatter of the first windows."""
+    moments = Moments.of(x, y)
+    fit = _fit(moments, channels, movers, ranges)
+    residuals = (y - moments.mean_y - (x - moments.mean_x) @ fit.slopes)[:, :REFERENCES]
+    return parts_of(moments.mean_y[:REFERENCES], residuals.T @ residuals / max(moments.dof, 1), speeds)
+
+
+def _with_parts(
+    windows: list[Seen], speeds: tuple[float, ...], extra: tuple[str, ...], parts: Parts
+) -> list[tuple[Floats, Floats]]:
+    found = [numbers_of(window, speeds, extra, parts) for window in windows]
+    return [one for one in found if one is not None]
 
 
 def refined(baseline: Baseline, x: Floats, y: Floats, end_ns: int) -> Baseline:

@@ -24,10 +24,16 @@ SHAPES = (
     "Stribeck rise",
 )
 UNWATCHED = (SHAPES[1], SHAPES[3])  # they tell shapes apart; watched, they would only share the others' false alarms
+PARTS = ("dry part", "viscous part")  # relative change of these parts of friction, from all reference speeds at once
+LEAST_PART = 0.25  # of friction at mid speed, against which a part is measured at least: what hardly rubs may change
+RIDGE = 1e-3  # of the variances: 20 windows do not know a covariance of five speeds to better
 MOVERS: tuple[str, ...] = ("temperature", "load")  # what moves friction without wear, where it is reported
 ASYMMETRY, UNEXPLAINED, MASS = "constant force", "unexplained force", "moving mass"
 CLEAN = 0.013  # of friction: latent force of a complete model (identify.mismatch), added so that nothing counts twice
 DOUBLED = 0.7  # of the logarithm: the unexplained force has doubled
+
+
+Parts = tuple[tuple[float, ...], ...]  # of each of `PARTS`: weights of the reference speeds, value of the baseline
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +41,7 @@ class Channel:
     """One number.
 
     Attributes:
-        name: one of `SHAPES`, `ASYMMETRY`, `UNEXPLAINED`, `MASS`, or a parameter of a promoted effect.
+        name: one of `SHAPES`, `PARTS`, `ASYMMETRY`, `UNEXPLAINED`, `MASS`, or a parameter of a promoted effect.
         unit: N, N*s/m, ..., 1 for a logarithm.
         scale: change that equals a relative change of 1.
         floor: smallest change worth telling; infinite where it is not watched.
@@ -105,8 +111,10 @@ def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:
     return tuple(common[i] for i in picks)
 
 
-def numbers_of(seen: Seen, speeds: tuple[float, ...], extra: tuple[str, ...]) -> tuple[Floats, Floats] | None:
-    """Values and standard errors in the order `SHAPES`, then `extra`; nan where this window does not tell one.
+def numbers_of(
+    seen: Seen, speeds: tuple[float, ...], extra: tuple[str, ...], parts: Parts
+) -> tuple[Floats, Floats] | None:
+    """Values and standard errors in the order `SHAPES`, then `extra`, then `parts`; nan where a window tells none.
 
     None where the window does not cover the reference speeds.
     """
@@ -125,7 +133,35 @@ def numbers_of(seen: Seen, speeds: tuple[float, ...], extra: tuple[str, ...]) ->
         value, spread = _other(seen, name, float(force[len(force) // 2]))
         values.append(value)
         errors.append(spread)
+    for *weights, offset in parts:
+        values.append(float(np.dot(weights, force)) - offset)
+        errors.append(float(np.mean(error / np.abs(force))))
     return np.array(values), np.array(errors)
+
+
+def sizes_of(friction: Floats, speeds: tuple[float, ...]) -> tuple[float, float]:
+    """What the parts are relative to: friction at no speed and the viscous rise to the highest speed. [N or N·m]"""
+    level, slope = _line(speeds) @ friction[len(speeds) // 2 :]
+    least = LEAST_PART * float(abs(friction[REFERENCES // 2]))
+    return max(float(level), least), max(float(slope) * speeds[-1], least)
+
+
+def parts_of(friction: Floats, covariance: Floats, speeds: tuple[float, ...]) -> Parts:
+    """Matched filters: the weights that see a change of each part best in friction that scatters so.
+
+    Args:
+        friction: mean at the reference speeds. (REFERENCES,)
+        covariance: of one window about what temperature and load explain. (REFERENCES, REFERENCES)
+        speeds: reference speeds.
+    """
+    dry, viscous = sizes_of(friction, speeds)
+    known = covariance + np.diag(RIDGE * np.diag(covariance) + (1e-4 * friction) ** 2)
+    found = []
+    for shape in (dry * np.ones(REFERENCES), viscous * np.array(speeds) / speeds[-1]):
+        weights = np.linalg.solve(known, shape)
+        weights /= weights @ shape
+        found.append((*weights.tolist(), float(weights @ friction)))
+    return tuple(found)
 
 
 @functools.lru_cache(maxsize=1024)
@@ -165,19 +201,22 @@ def channels_of(
     """The channels, with scales and floors.
 
     Args:
-        means: baseline values in the order of `numbers_of`.
+        means: baseline values in the order of `numbers_of`, which may end before `PARTS`.
         speeds: reference speeds.
-        extra: names beside `SHAPES`.
+        extra: names beside `SHAPES` and `PARTS`.
         min_change: smallest relative change worth telling. [1]
         units: of force, of its slope over speed, of inertia.
     """
     force, slope, inertia = units
     middle = float(abs(means[REFERENCES // 2])) or 1.0
     found = []
-    for index, name in enumerate((*SHAPES, *extra)):
-        scale, unit = middle, force
+    sizes = sizes_of(means[:REFERENCES], speeds)
+    for index, name in enumerate((*SHAPES, *extra, *PARTS)):
+        scale, unit, floor = middle, force, np.inf
         if index < REFERENCES:
             scale = float(abs(means[index])) or middle
+        elif name in PARTS:
+            floor, scale, unit = min_change, middle / sizes[PARTS.index(name)], "1"
         elif name == SHAPES[6]:
             scale, unit = middle / speeds[-1], slope
         elif name == UNEXPLAINED:
@@ -186,7 +225,8 @@ def channels_of(
             scale, unit = float(abs(means[index])), inertia
         elif "." in name and not _is_force(name):
             scale, unit = float(abs(means[index])), ""
-        floor = DOUBLED if name == UNEXPLAINED else min_change * scale
+        if name not in PARTS:
+            floor = DOUBLED if name == UNEXPLAINED else min_change * scale
         found.append(Channel(name, unit, scale, float("inf") if name in UNWATCHED else floor))
     return tuple(found)
 

@@ -88,8 +88,13 @@ class DriftSection(_Section):
     baseline_windows: int = Field(
         default=20, ge=5, description="identified, non-overlapping windows that make the baseline"
     )
+    baseline_span: float = Field(
+        default=3 * 86400.0,
+        ge=0,
+        description="time over which those windows are spread at least: three daily cycles of shift and weather [s]",
+    )
     min_change: float = Field(
-        default=0.04, gt=0, lt=1, description="smallest relative change that is told, however sure it is [1]"
+        default=0.03, gt=0, lt=1, description="smallest relative change that is told, however sure it is [1]"
     )
     jam_rise: float = Field(default=0.2, gt=0, description="relative rise within one window that is called a jam [1]")
     limit_rise: float = Field(default=0.5, gt=0, description="rise at which a worn axis ends its life: projection [1]")

@@ -32,6 +32,7 @@ from monitor.evidence_of import (
 )
 from monitor.findings import Finding, Kind
 from monitor.glr import LONGEST, Looked, bar
+from monitor.moments import BLOCK
 from monitor.trend import added
 from plant.recording import Floats
 
@@ -42,8 +43,8 @@ SURE = 0.8  # score that turns a class that was already told
 STAYS = 0.6  # of the smallest change worth telling: a change that was told lasts while it is above that ...
 STAYS_ERRORS = 2.0  # ... and above so many standard errors ...
 STAYS_WINDOWS = 3  # ... over the last so many windows
-BLOCK, SETTLING = 20, 8  # windows that refine the baseline together, once so many later ones were healthy too
-CALM = 0.8  # of the bar: nothing is learned from windows nearer to it
+SETTLING = 8  # later windows that must be healthy too, before a block refines the baseline
+CALM = 3.5  # standard errors: nothing is learned from windows further away; a healthy axis is within them most days
 PASSED_OVER = 5  # windows in a row at other speeds than the baseline's, before it is said
 DIGITS = 7  # significant, of what is remembered
 CHANGES = (Kind.WEAR, Kind.LUBRICATION, Kind.JAM, Kind.MODEL_MISMATCH, Kind.OPERATING_POINT, Kind.DATA_QUALITY)
@@ -65,22 +66,28 @@ def judge(state: DriftState, estimate: Estimate, rule: DriftRule) -> tuple[Drift
 
 
 def _learn(state: DriftState, seen: Seen, rule: DriftRule) -> DriftState:
+    """Windows that follow one another faster than a pace are counted, but not all taken: a baseline spans days."""
+    state = dataclasses.replace(state, offered=state.offered + 1)
+    if state.learned and abs(seen.start_ns - state.learned[-1].start_ns) < rule.pace_ns:
+        return state
     learned = (*state.learned, seen)[-4 * rule.baseline_windows :]
     if len(learned) < rule.baseline_windows:
         return dataclasses.replace(state, learned=learned)
     baseline = learn(list(learned), rule.baseline_windows, rule.min_change, rule.units)
     if baseline is None:
         return dataclasses.replace(state, learned=learned)
-    return dataclasses.replace(state, learned=(), baseline=baseline)
+    often = max(state.offered / len(learned), 1.0)  # every window is looked at, not only those a pace apart
+    baseline = dataclasses.replace(baseline, steps_per_year=baseline.steps_per_year * often)
+    return dataclasses.replace(state, learned=(), offered=0, baseline=baseline)
 
 
 def _step(state: DriftState, baseline: Baseline, seen: Seen, rule: DriftRule) -> tuple[DriftState, list[Finding]]:
-    numbers = numbers_of(seen, baseline.speeds, baseline.extra)
+    numbers = numbers_of(seen, baseline.speeds, baseline.extra, baseline.parts)
     if numbers is None:
         return _pass_over(state, baseline, seen, rule)
     step = _remembered(seen, *numbers, baseline.away(seen.conditions))
-    recent = (*state.recent, step)[-LONGEST:]
-    after = dataclasses.replace(state, recent=recent, fresh=min(state.fresh + 1, LONGEST), passed_run=0)
+    after = dataclasses.replace(_with(state, step, rule), passed_run=0)
+    recent = after.recent
     looked, residuals = look_back(baseline, recent)
     bars = bars_of(baseline, rule)
     after, jam = _judge_jam(state, after, baseline, looked, residuals, bars, rule)
@@ -90,6 +97,17 @@ def _step(state: DriftState, baseline: Baseline, seen: Seen, rule: DriftRule) ->
     change = float(residuals[-1, middle] / baseline.channels[middle].scale)
     after = dataclasses.replace(after, trend=added(after.trend, seen.end_ns, change))
     return _conclude(after, baseline, looked, bars, rule)
+
+
+def _with(state: DriftState, step: Step, rule: DriftRule) -> DriftState:
+    """The memory with one more window; within a pace of the one before the last, it takes the place of the last.
+
+    So a change is seen with the first window that has it, and longer means reach over days, as the baseline does.
+    """
+    recent = state.recent
+    if len(recent) > 1 and abs(recent[-1].start_ns - recent[-2].start_ns) < rule.pace_ns:
+        return dataclasses.replace(state, recent=(*recent[:-1], step))
+    return dataclasses.replace(state, recent=(*recent, step)[-LONGEST:], fresh=min(state.fresh + 1, LONGEST))
 
 
 def _remembered(seen: Seen, values: Floats, errors: Floats, away: Floats) -> Step:
@@ -175,7 +193,7 @@ def _conclude(
         state = dataclasses.replace(state, told=None, onset_ns=0)
         if finding is not None:
             return dataclasses.replace(state, fresh=0), _findings(Kind.OPERATING_POINT, finding)
-        return _refine(state, baseline, looked, bars), _findings(None, {})
+        return _refine(state, baseline, looked, floors), _findings(None, {})
     if not height.any():  # lasts, though no single look-back tells it any more
         height = np.where(np.isfinite(floors), np.abs(looked.t) / bars, 0.0)
     m, index = (int(k) for k in np.unravel_index(int(np.argmax(height)), height.shape))
@@ -208,9 +226,10 @@ def _lasts(baseline: Baseline, looked: Looked, floors: Floats) -> bool:
     return bool((rising & (np.abs(mean) > STAYS * floors) & (np.abs(t) > STAYS_ERRORS)).any())
 
 
-def _refine(state: DriftState, baseline: Baseline, looked: Looked, bars: Floats) -> DriftState:
+def _refine(state: DriftState, baseline: Baseline, looked: Looked, floors: Floats) -> DriftState:
     """Let windows that turned out healthy refine the baseline."""
-    calm = float((np.abs(looked.t) / bars)[_rising(baseline, looked)].max(initial=0.0)) < CALM
+    watched = np.isfinite(floors)
+    calm = float(np.abs(looked.t[:, watched])[_rising(baseline, looked)[:, watched]].max(initial=0.0)) < CALM
     if not calm or state.fresh < BLOCK + SETTLING:
         return state
     first = len(state.recent) - state.fresh
@@ -247,12 +266,12 @@ def indicators(state: DriftState, estimate: Estimate, rule: DriftRule) -> list[d
     if baseline is None or not estimate.informative:
         return []
     seen = Seen.of(estimate)
-    numbers = numbers_of(seen, baseline.speeds, baseline.extra)
+    numbers = numbers_of(seen, baseline.speeds, baseline.extra, baseline.parts)
     if numbers is None:
         return []
     step = _remembered(seen, *numbers, baseline.away(seen.conditions))
     latest = bool(state.recent) and state.recent[-1].end_ns == step.end_ns  # windows of a jam are not remembered
-    looked, _ = look_back(baseline, state.recent if latest else (*state.recent, step)[-LONGEST:])
+    looked, _ = look_back(baseline, state.recent if latest else _with(state, step, rule).recent)
     expected = baseline.moments.mean_y + np.array(step.away) @ baseline.fit.slopes
     up, down = towards(baseline, looked, bars_of(baseline, rule))
     found: list[dict[str, Any]] = [

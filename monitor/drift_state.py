@@ -13,7 +13,7 @@ from monitor.estimate import Curve
 from monitor.findings import Kind
 from monitor.trend import Block
 
-VERSION = 2  # of what is stored; older states are learned anew
+VERSION = 3  # of what is stored; older states are learned anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,18 +21,25 @@ class DriftRule:
     """Settings of the watch; see `config.DriftSection` and `config.AlarmsSection`.
 
     Attributes:
+        baseline_span: time over which the windows of the first baseline are spread at least. [s]
         weight: of the moving mass on a vertical axis whose mass is known, 0 elsewhere. [N]
         limit_rise: relative rise of friction at mid speed that ends the guide's life, for the projection. [1]
     """
 
     baseline_windows: int = 20
-    min_change: float = 0.04
+    baseline_span: float = 3 * 86400.0
+    min_change: float = 0.03
     jam_rise: float = 0.2
     false_alarms_per_year: float = 1.0
     bad_windows: int = 3
     force_unit: str = "N"
     weight: float = 0.0
     limit_rise: float = 0.5
+
+    @property
+    def pace_ns(self) -> int:
+        """Least time between windows that are remembered: 1 % less than an even spread, for stamps that jitter. [ns]"""
+        return round(0.99e9 * self.baseline_span / max(self.baseline_windows - 1, 1))
 
     @property
     def speed_unit(self) -> str:
@@ -63,8 +70,9 @@ class DriftState:
 
     Attributes:
         learned: windows of a baseline in the making.
+        offered: windows that could have been among them, since the first of them. [1]
         baseline: None while learning.
-        recent: the latest windows, oldest first.
+        recent: the latest windows, oldest first, a pace apart; the last is the latest of its stretch.
         fresh: of them, those at the end that have refined nothing yet. [1]
         last: epoch, and number after the last sample, of the last window that took a step.
         told: kind of change told at the last step, None while there is none.
@@ -76,6 +84,7 @@ class DriftState:
     """
 
     learned: tuple[Seen, ...] = ()
+    offered: int = 0
     baseline: Baseline | None = None
     recent: tuple[Step, ...] = ()
     fresh: int = 0

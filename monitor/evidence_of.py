@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from monitor.channels import REFERENCES
 from monitor.classes import Verdict, compared, compete
 from monitor.drift_state import DriftRule, DriftState, Step
 from monitor.findings import Kind
-from monitor.glr import Looked, bar, look
-from monitor.trend import project
+from monitor.glr import LONGEST, Looked, common_bar, look, variances
+from monitor.trend import DAY_NS, project
 from plant.recording import Floats
 
 SPENT_ON_JAM = 0.1  # share of the false-alarm budget; the numbers watched share the rest
@@ -36,11 +37,19 @@ def look_back(baseline: Baseline, recent: tuple[Step, ...]) -> tuple[Looked, Flo
     return looked, residuals
 
 
+@functools.lru_cache(maxsize=1024)
+def _bar(baseline: Baseline, rate: float) -> float:
+    floors = np.array([one.floor for one in baseline.channels])
+    watched = np.isfinite(floors)
+    usual = np.arange(1.0, LONGEST + 1)[:, None] * np.ones_like(floors)
+    errors = np.sqrt(variances(usual, baseline.fit, baseline.windows))
+    return common_bar(rate, baseline.steps_per_year, errors[:, watched], floors[watched], baseline.fit.dof)
+
+
 def bars_of(baseline: Baseline, rule: DriftRule) -> Floats:
     """Bar of each channel, in standard errors; infinite where it is not watched. (J,)"""
     watched = np.array([np.isfinite(one.floor) for one in baseline.channels])
-    rate = rule.false_alarms_per_year * (1 - SPENT_ON_JAM) / max(int(watched.sum()), 1)
-    return np.where(watched, bar(rate, baseline.steps_per_year, baseline.fit.dof), np.inf)
+    return np.where(watched, _bar(baseline, rule.false_alarms_per_year * (1 - SPENT_ON_JAM)), np.inf)
 
 
 def towards(baseline: Baseline, looked: Looked, bars: Floats) -> tuple[Floats, Floats]:
@@ -145,6 +154,7 @@ def evidence_of(
         "since_ns": state.onset_ns,
         "until_ns": latest.end_ns,
         "baseline_windows": baseline.windows,
+        "baseline_days": (baseline.to_ns - baseline.from_ns) / DAY_NS,
         "baseline_scatter": float(scatter),
         "baseline_error": level,
         "corrected_for": list(baseline.movers),

@@ -148,10 +148,14 @@ class Loop:
         if version != run.record.version:  # changed again meanwhile
             run.remodel = True
             return
+        before = run.drift.baseline
         state, told_of = DriftState(), []
         for row, estimate in answers:
             state, _ = judge(state, estimate, run.rule)
             told_of.append((row, estimate, indicators(state, estimate, run.rule)))
+        if before is not None and state.baseline is not None:  # only windows a pace apart were asked again
+            baseline = dataclasses.replace(state.baseline, steps_per_year=before.steps_per_year)
+            state = dataclasses.replace(state, baseline=baseline)
         self._store.replace(run.record, told_of)
         self._restart(run, state)
         log.info("model changed", axis=run.record.name, effects=sorted(run.record.effects), windows=len(answers))

@@ -16,6 +16,7 @@ CORRELATION, PRIOR_WINDOWS = 0.2, 20  # windows one after the other err alike; w
 HIGHEST_CORRELATION = 0.9
 WANDERING, PRIOR_BLOCKS = 0.003, 3  # of the scale: friction of a healthy machine wanders over days (paper, section 5)
 LEAST_WANDERING, MOST_WANDERING = 0.0015, 0.01  # more must not be taken for normal, or wear would be too
+BLOCK = 20  # windows that refine the baseline together, and whose means show the wandering
 FINEST = 1e-3  # of the scale: no friction repeats better
 LOG_FINEST = 0.1  # of a logarithm of unexplained force: it is estimated on half decades of the observer
 

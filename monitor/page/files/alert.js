@@ -21,7 +21,7 @@ function rivals(evidence) {
 const LABELS = {
   indicator: 'number that says it most clearly', level: 'evidence, of what is needed', averaged: 'windows averaged', baseline_scatter: 'scatter of a healthy window',
   baseline_error: 'how well the baseline is known', corrected_for: 'corrected for', min_change: 'smallest change that is told', hop_stretched: 'times fewer windows than usual', direction: 'its direction', height: 'how far it has come, of its threshold', score: 'weight of this class against its rivals',
-  shape: 'shape of the change over speed', since_ns: 'since (UTC)', until_ns: 'until (UTC)', baseline_windows: 'windows of the baseline', before: 'before', now: 'now',
+  shape: 'shape of the change over speed', since_ns: 'since (UTC)', until_ns: 'until (UTC)', baseline_windows: 'windows of the baseline', baseline_days: 'days it spans', before: 'before', now: 'now',
   false_alarms_per_axis_year: 'false alarms allowed per axis and year', silent_ns: 'silent for', last_ns: 'latest sample (UTC)', reason: 'reason', deviation: 'deviation in scatters',
 };
 const SHARES = new Set(['height', 'score', 'relative', 'baseline_scatter', 'baseline_error', 'min_change']);

@@ -18,6 +18,7 @@ from tests.monitor.studies.pool import FAMILIES, POOL
 
 DAY_NS = 86_400 * 10**9
 GRAVITY = 9.81
+WEIGHT = 196.2  # N, of the paper's axis
 
 
 class Pool:
@@ -38,7 +39,8 @@ class Pool:
         return len(self.rows["seed"])
 
     def draw(self, family: int, loaded: bool, rng: np.random.Generator) -> int:
-        return int(rng.choice(self._by[family, loaded]))
+        rows = self._by[family, loaded]
+        return int(rows[rng.integers(len(rows))])
 
 
 @dataclass(frozen=True)
@@ -90,40 +92,59 @@ def slow(n: int, step_days: float, days: float, rng: np.random.Generator) -> np.
     return np.sqrt(2 / 32) * np.cos(rates[:, None] * t + phases[:, None]).sum(axis=0)
 
 
-Change = Callable[[float], dict[str, float]]  # day -> factors on coulomb, static, viscous
+Change = Callable[[float], dict[str, float]]  # day -> factors on coulomb, static, viscous; latent, scale, offset (N)
 
 
 def nothing(_day: float) -> dict[str, float]:
     return {}
 
 
+class Life:
+    """Everything that chance does to `axis`, drawn once: the same windows with and without a change."""
+
+    def __init__(self, axis: Axis, pool: Pool, windows: int) -> None:
+        self.axis, self.pool, self.windows = axis, pool, windows
+        rng = np.random.default_rng([5, axis.seed])
+        step = axis.every_hours / 24
+        self.day = step * np.arange(windows)
+        hours = (6.0 + rng.uniform(0, 3, windows) + axis.every_hours * np.arange(windows)) % 24
+        working = (hours > 6) & (hours < 22)
+        weather = axis.weather * slow(windows, step, 2, rng)
+        temperature = 21 + axis.daily * np.cos(2 * np.pi * (hours - 15) / 24) + weather
+        temperature += axis.yearly * np.cos(2 * np.pi * (self.day - 180) / 365.25)
+        self.temperature = temperature + axis.warmth * working * rng.random(windows)
+        wander = axis.wandering * slow(windows, step, 5.0, rng)
+        chance = rng.standard_normal((windows, 4)) * np.array([1, 1, 1.5, 1]) * axis.scatter
+        chance[:, :2] += wander[:, None]
+        self.chance = np.exp(chance)
+        self.load = np.where(rng.random(windows) < 0.5, axis.load, 0.0)
+        self.row = np.array([pool.draw(axis.family, bool(load), rng) for load in self.load])
+        self.vertical = not FAMILIES[axis.family].horizontal
+
+    def __getitem__(self, k: int) -> Estimate:
+        return self.at(k, {})
+
+    def at(self, k: int, change: dict[str, float]) -> Estimate:
+        """Window `k` with factors on the law."""
+        thickness = float(np.exp(-0.025 * (self.temperature[k] - 21)))
+        coulomb, static, stribeck, viscous = self.chance[k]
+        dry, law = 1.5 * self.load[k], self.axis.law
+        law = dataclasses.replace(
+            law,
+            coulomb_force=law.coulomb_force * coulomb * change.get("coulomb", 1.0) + dry,
+            static_force=law.static_force * static * change.get("static", 1.0) + dry,
+            stribeck_velocity=law.stribeck_velocity * stribeck / thickness * change.get("stribeck", 1.0),
+            viscous_coefficient=law.viscous_coefficient * viscous * thickness * change.get("viscous", 1.0),
+        )
+        conditions = {"temperature": float(self.temperature[k]), "load": float(self.load[k])}
+        start = round(self.day[k] * DAY_NS)
+        return answer(self.pool, int(self.row[k]), law, k, start, conditions, self.vertical, change)
+
+
 def estimates(axis: Axis, pool: Pool, windows: int, change: Change = nothing) -> Iterator[Estimate]:
     """Window after window of `axis`, healthy but for `change`."""
-    rng = np.random.default_rng([5, axis.seed])
-    step = axis.every_hours / 24
-    day = step * np.arange(windows)
-    hours = (6.0 + rng.uniform(0, 3, windows) + axis.every_hours * np.arange(windows)) % 24
-    working = (hours > 6) & (hours < 22)
-    temperature = 21 + axis.daily * np.cos(2 * np.pi * (hours - 15) / 24) + axis.weather * slow(windows, step, 2, rng)
-    temperature += axis.yearly * np.cos(2 * np.pi * (day - 180) / 365.25) + axis.warmth * working * rng.random(windows)
-    wander = axis.wandering * slow(windows, step, 5.0, rng)
-    chance = rng.standard_normal((windows, 4)) * np.array([1, 1, 1.5, 1]) * axis.scatter
-    loads = np.where(rng.random(windows) < 0.5, axis.load, 0.0)
-    vertical = not FAMILIES[axis.family].horizontal
-    for k in range(windows):
-        thickness = float(np.exp(-0.025 * (temperature[k] - 21)))
-        factors = {"coulomb": 1.0, "static": 1.0, "viscous": 1.0, "stribeck": 1.0, "scale": 1.0} | change(float(day[k]))
-        dry = 1.5 * loads[k]
-        law = dataclasses.replace(
-            axis.law,
-            coulomb_force=axis.law.coulomb_force * np.exp(chance[k, 0] + wander[k]) * factors["coulomb"] + dry,
-            static_force=axis.law.static_force * np.exp(chance[k, 1] + wander[k]) * factors["static"] + dry,
-            stribeck_velocity=axis.law.stribeck_velocity * np.exp(chance[k, 2]) / thickness * factors["stribeck"],
-            viscous_coefficient=axis.law.viscous_coefficient * np.exp(chance[k, 3]) * thickness * factors["viscous"],
-        )
-        row = pool.draw(axis.family, bool(loads[k]), rng)
-        conditions = {"temperature": float(temperature[k]), "load": float(loads[k])}
-        yield answer(pool, row, law, k, round(k * step * DAY_NS), conditions, vertical)
+    life = Life(axis, pool, windows)
+    return (life.at(k, change(float(life.day[k]))) for k in range(windows))
 
 
 def answer(
@@ -134,25 +155,32 @@ def answer(
     start_ns: int,
     conditions: dict[str, float],
     vertical: bool,
+    change: dict[str, float],
 ) -> Estimate:
-    """What identification would say of `law`, with the errors it made in `row` of the pool."""
+    """What identification would say of `law`, with the errors it made in `row` of the pool.
+
+    Of `change`: `scale` is a torque read too large by that factor, `latent` [N] what the model lacks besides, `payload`
+    [kg] what nobody reported, `offset` [N] a force from outside.
+    """
     rows = pool.rows
     told = np.isfinite(rows["speed"][row])
     speeds = rows["speed"][row][told]
     relative = rows["value"][row][told] / rows["truth"][row][told]
-    force = law.force(speeds) * relative
+    scale, payload = change.get("scale", 1.0), change.get("payload", 0.0)
+    force = scale * law.force(speeds) * relative
     half = force * rows["half"][row][told] / rows["value"][row][told]
     curve = Curve(*(tuple(one.tolist()) for one in (speeds, force, force - half, force + half)),
                   float(rows["fastest"][row]))  # fmt: skip
-    weight = GRAVITY * (conditions["load"] - rows["load"][row]) if vertical else 0.0
+    weight = GRAVITY * (payload + conditions["load"] - rows["load"][row]) if vertical else 0.0
+    weight += change.get("offset", 0.0) + ((scale - 1) * WEIGHT if vertical else 0.0)
     parameters = [Parameter("stribeck_velocity", law.stribeck_velocity, "m/s", 0.0, 1.0)]
-    for name, unit, shift in (("constant", "N", weight), ("mass", "kg", 0.0)):
-        value, spread = rows[name][row] + shift, rows[f"{name}_half"][row]
+    for name, unit, shift in (("constant", "N", weight), ("mass", "kg", payload)):
+        value, spread = scale**(name == "mass") * (rows[name][row] + shift), rows[f"{name}_half"][row]
         if np.isfinite(spread):
             key = {"constant": "constant_force", "mass": "moving_mass"}[name]
             parameters.append(Parameter(key, float(value), unit, float(value - spread), float(value + spread)))
     return Estimate(
         Window(WindowId(1, 2000 * number, 2000), start_ns, start_ns + 20 * 10**9), "identified", None, "ga+polish", 0,
         "study", "", {}, parameters=tuple(parameters), curve=curve,
-        conditions={**conditions, "latent_force": float(rows["latent"][row])},
+        conditions={**conditions, "latent_force": float(np.hypot(rows["latent"][row], change.get("latent", 0.0)))},
     )  # fmt: skip
