@@ -137,9 +137,9 @@ def _explain_change(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
         said.append(remaining_words(evidence["remaining"]))
     corrected = " and ".join(evidence["corrected_for"]) or "nothing"
     said.append(
-        f"Baseline: {_count(evidence['baseline_windows'], 'window')}{_over(evidence)}, known to {evidence['baseline_error']:.1%}, "
-        f"windows scatter by {evidence['baseline_scatter']:.1%}, corrected for {corrected}; threshold for at most "
-        f"{_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
+        f"Baseline: {_count(evidence['baseline_windows'], 'window')}{_over(evidence)}, known to "
+        f"{evidence['baseline_error']:.1%}, windows scatter by {evidence['baseline_scatter']:.1%}, corrected for "
+        f"{corrected}; threshold for at most {_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
     )
     return " ".join(said)
 

@@ -68,7 +68,7 @@ def bar(rate: float, steps_per_year: float, dof: float) -> float:
 def common_bar(rate: float, steps_per_year: float, errors: Floats, floors: Floats, dof: float) -> float:
     """Deviation, in standard errors, that healthy numbers with floors pass `rate` times a year, all of them together.
 
-    Bonferroni over the numbers, the sum of Siegmund & Venkatraman's clumps over m (their integral, taken apart, with the
+    Bonferroni over the numbers, the sum of Siegmund & Venkatraman's clumps over m (their integral, taken apart, the
     first term exact), each at the higher of bar and floor.
 
     Args:

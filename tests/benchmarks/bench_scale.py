@@ -24,6 +24,7 @@ samples = 1000
 hop = 500
 [drift]
 baseline_windows = 8
+baseline_span = 0.0
 [log]
 format = "json"
 """

@@ -21,7 +21,11 @@ from plant.wire import CBOR, Block, encode_block
 from tests.scenarios.harness import START_NS, STEP_NS, blocks_of, burst, wait_for
 
 AXIS = dataclasses.replace(paper_axis(), name="axis-1")
-SMALL = {"window": {"samples": 200, "hop": 200}, "intake": {"stale_after": 100.0}, "drift": {"baseline_windows": 5}}
+SMALL = {
+    "window": {"samples": 200, "hop": 200},
+    "intake": {"stale_after": 100.0},
+    "drift": {"baseline_windows": 5, "baseline_span": 0.0},
+}
 
 
 class Bench:

@@ -41,6 +41,7 @@ keep_raw_windows = 1000000
 workers = 2
 [drift]
 baseline_windows = 6
+baseline_span = 0.0
 """
 PATIENCE = 180.0  # s, for a computer that does much else
 

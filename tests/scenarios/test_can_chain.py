@@ -16,7 +16,7 @@ from plant.scenario_file import read_scenario
 from tests.contracts.command import ROOT, tribowatch, write
 from tests.scenarios.harness import SITE, Ear, Plant, wait_for
 
-SMALL = "[drift]\nbaseline_windows = 6\n"
+SMALL = "[drift]\nbaseline_windows = 6\nbaseline_span = 0.0\n"
 BURSTS = 13
 
 

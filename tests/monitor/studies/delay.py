@@ -1,7 +1,7 @@
 """How soon is a change found? Steps and ramps of dry and viscous friction at the default setting. `make delay`.
 
-Beside the watch: the CUSUM that knows the size and shape of the change, the level, scatter and correlation of friction at
-five speeds, and the temperature's effect (optimal for independent deviates, Moustakides 1986): nobody can be sooner;
+Beside the watch: the CUSUM that knows the size and shape of the change, the level, scatter and correlation of friction
+at five speeds, and the temperature's effect (optimal for independent deviates, Moustakides 1986): nobody can be sooner;
 the same on one number; a fixed threshold on one window; river's Page-Hinkley and ADWIN; ruptures' PELT, run again at
 every window. Those with one number get the speed at which the change stands out most. All bars are set on other
 healthy axes of the same kinds to the same rate of first false alarms: the setting, and what the watch itself makes.
@@ -154,7 +154,7 @@ def compare(healthy: Healthy, changed: Changed, wanted: float, tries: int, few: 
     )
     for name, detector in (("river PageHinkley", rivals.page_hinkley), ("river ADWIN", rivals.adwin)):
         bars[name] = rivals.bar_by_trial(detector, z[some], known[some], wanted, PER_YEAR, tries)
-    print(f"--- bars for {wanted:.2f} first false alarms a year: {({k: round(v, 2) for k, v in bars.items()})}")
+    print(f"--- bars for {wanted:.2f} first false alarms a year: { ({k: round(v, 2) for k, v in bars.items()}) }")
     for (what, shape, size), delays, deviations in _cases(healthy, changed):
         names = KINDS[what]
         factors = dict.fromkeys(names, 1 + size)
@@ -235,7 +235,8 @@ def main(axes: int, years: int, tries: int, few: int, watch_only: bool) -> None:
     low, high = interval(count, spent)
     print(
         f"{axes} axes with a change, {years} healthy ones for the bars (seeds from {FRESH}), {len(pool)} real answers, "
-        f"scatter {Axis(0, 0).scatter:.1%}, two windows a day, {HEALTHY} healthy windows before; mean delays in windows\n"
+        f"scatter {Axis(0, 0).scatter:.1%}, two windows a day, {HEALTHY} healthy windows before; "
+        "mean delays in windows\n"
         f"the watch's own first false alarms a year: {count / spent:.2f} [{low:.2f}, {high:.2f}]; "
         f"{time.process_time() - begin:.0f} s",
         flush=True,
@@ -255,8 +256,8 @@ def quick(healthy: Healthy, changed: Changed, wanted: float) -> None:
         optimum = _optimum(healthy, lives, shifts, wanted)
         by = [f"{delays[np.array([f == g for f, _ in lives])].mean():.1f}" for g in sorted(shifts)]
         print(
-            f"at {wanted:g}/a {what} {shape} {size:+.0%}: watch {delays.mean():.2f} {by}, optimum {optimum.mean():.2f}, "
-            f"ratio {delays.mean() / optimum.mean():.2f}",
+            f"at {wanted:g}/a {what} {shape} {size:+.0%}: watch {delays.mean():.2f} {by}, "
+            f"optimum {optimum.mean():.2f}, ratio {delays.mean() / optimum.mean():.2f}",
             flush=True,
         )
 

@@ -1,6 +1,7 @@
 """The watch on recordings of real machines in which nothing was broken: no wear alarm. `make robot-joints`.
 
-*Robot joints*: runs cut into windows that do not overlap, at several lengths; a second run of a joint follows the first.
+*Robot joints*: runs cut into windows that do not overlap, at several lengths; a second run of a joint follows the
+first.
 *Cart on a rail*: 68 runs of 20 s at 68 places along the rail, each one window; once in the order of the places, so that
 the axis moves away from where its baseline was learned, and once every second place first, so that the baseline knows
 the whole rail. Event time is made up (a window an hour), so the baseline needs no span.
@@ -113,11 +114,12 @@ def cart(folder: Path) -> None:
         for number, k in enumerate(order):
             window = once[k].window
             ident = dataclasses.replace(window.id, first_seq=10_000 * number)
-            shifted = dataclasses.replace(window, id=ident, start_ns=number * HOUR_NS, end_ns=number * HOUR_NS + 20 * 10**9)
+            start = number * HOUR_NS
+            shifted = dataclasses.replace(window, id=ident, start_ns=start, end_ns=start + 20 * 10**9)
             answers.append(dataclasses.replace(once[k], window=shifted))
         state, said = watched(axis, answers, 20)
         level = [abs(one.curve.at((0.1,))[0][0]) for one in answers if one.curve and one.curve.at((0.1,))]
-        spread = f"friction at 0.1 m/s {np.mean(level):.2f} N, scatter {np.std(level) / np.mean(level):.1%}" if level else ""
+        spread = f"friction at 0.1 m/s {np.mean(level):.2f} N, scatter {np.std(level) / np.mean(level):.1%}"
         print(
             f"cart on a rail, {words}: {len(answers)} windows, {sum(one.informative for one in answers)} informative, "
             f"baseline of {state.baseline.windows if state.baseline else 0}, watched {len(state.trend)}; {spread}; "

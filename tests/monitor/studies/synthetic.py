@@ -175,7 +175,7 @@ def answer(
     weight += change.get("offset", 0.0) + ((scale - 1) * WEIGHT if vertical else 0.0)
     parameters = [Parameter("stribeck_velocity", law.stribeck_velocity, "m/s", 0.0, 1.0)]
     for name, unit, shift in (("constant", "N", weight), ("mass", "kg", payload)):
-        value, spread = scale**(name == "mass") * (rows[name][row] + shift), rows[f"{name}_half"][row]
+        value, spread = scale ** (name == "mass") * (rows[name][row] + shift), rows[f"{name}_half"][row]
         if np.isfinite(spread):
             key = {"constant": "constant_force", "mass": "moving_mass"}[name]
             parameters.append(Parameter(key, float(value), unit, float(value - spread), float(value + spread)))
