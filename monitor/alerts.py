@@ -139,7 +139,8 @@ def _explain_change(axis: str, kind: Kind, evidence: dict[str, Any]) -> str:
     said.append(
         f"Baseline: {_count(evidence['baseline_windows'], 'window')}{_over(evidence)}, known to "
         f"{evidence['baseline_error']:.1%}, windows scatter by {evidence['baseline_scatter']:.1%}, corrected for "
-        f"{corrected}; threshold for at most {_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
+        f"{corrected}; threshold for at most "
+        f"{_count(evidence['false_alarms_per_axis_year'], 'false alarm')} per axis-year."
     )
     return " ".join(said)
 
