@@ -5,6 +5,8 @@ Belongs to the supervising thread; the work itself is done in the laboratory.
 
 from __future__ import annotations
 
+import dataclasses
+
 import structlog
 
 from monitor.alarm_desk import AlarmDesk, Publish
