@@ -20,6 +20,7 @@ SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
+UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
@@ -69,7 +70,7 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
         if both > (NO_WORSE if evidence.bic < BIC_STRONG else FREE_RUN):
             return f"one-second predictions do not improve ({both:.2f})"
-        if evidence.unseen > HELD_OUT:
+        if evidence.unseen > HELD_OUT and not (both < UNFINISHED and evidence.steady < OVERWHELMING):
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
