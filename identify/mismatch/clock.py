@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 DOUBT = 0.1  # of the recording's own period: standard deviation of the shift
+EARLY = 0.6  # of it: a force logged as held that ran straight between the samples is half a period early
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:
@@ -35,7 +36,7 @@ APART = Effect(
 )
 
 
-def clock(period: float) -> Guise:
-    """The shift in a recording of `period` [s]."""
-    unknown = Unknown("shift", period, -CLOCK * period, CLOCK * period, spread=DOUBT)
+def clock(period: float, *, held: bool) -> Guise:
+    """The shift in a recording of `period` [s] whose force is taken as `held` until the next sample, or not."""
+    unknown = Unknown("shift", period, -(EARLY if held else CLOCK) * period, CLOCK * period, spread=DOUBT)
     return Guise(APART, (unknown,), np.array([[0.0]]))

@@ -208,7 +208,8 @@ class ExtendedProblem(FrictionProblem):
             return self._drive
         s = self.samples
         late = np.empty((len(s), 5, len(delay)))
-        for a, b in itertools.pairwise(s.edges.tolist()):
+        anew = np.flatnonzero(np.diff(s.t) <= 0.0) + 1  # another recording; a new run remembers what was under way
+        for a, b in itertools.pairwise([0, *anew.tolist(), len(s)]):
             start, end = self._drive[a : b - 1, 0, 0], self._drive[a : b - 1, 1, 0]
             if b - a > 1:
                 late[a : b - 1] = drive_forces(s.t[a:b], start, end, delay)

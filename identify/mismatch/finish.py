@@ -88,7 +88,8 @@ def _in_fine_steps(coarse: Fit) -> Fit:
 
 def _with_clocks(fitted: Fit, period: float) -> Fit:
     """The same with clocks that may be apart; they agree unless the data say otherwise, but nobody knows for sure."""
-    problem, x = extend(fitted, clock(period), np.array([[0.0]]))
+    way = clock(period, held=not fitted.problem.samples.linear)
+    problem, x = extend(fitted, way, np.array([[0.0]]))
     apart = _settled(problem, np.stack([x[0], _classical(x[0])]), fitted.found)
     if apart.found.criterion < fitted.found.criterion - APART:
         return apart

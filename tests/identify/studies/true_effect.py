@@ -139,7 +139,9 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
     tried = []
     for _ in truth:
         taken = {guise.name for guise in ours.problem.guises}
-        steps = explore(ours, [way for way in ways if way.name in truth and way.name not in taken], evidence.held_out)
+        _, steps = explore(
+            ours, [way for way in ways if way.name in truth and way.name not in taken], evidence.held_out
+        )
         if not steps:
             break
         tried.append([steps[0].guise.name, steps[0].refused])
