@@ -18,13 +18,14 @@ PATIENCE = 3.0  # s that one put waits for room; below Zenoh's leases (5 s), and
 class Message:
     """A payload as it arrived: key, encoding, bytes, and when, on the monotonic clock. [s]
 
-    `complete` marks the end of what was fetched of the key; there is no payload then.
+    `fetched`: we asked a cache for all it holds. `complete` marks the end of that; there is no payload then.
     """
 
     key: str
     encoding: str
     payload: bytes
     arrived: float
+    fetched: bool = False
     complete: bool = False
 
 

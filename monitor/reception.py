@@ -77,7 +77,10 @@ class Reception:
             run.dirty = True
             return
         assembler = run.assembler or self._fleet.assemble(run, run.axis, step_of(block))
-        run.add(assembler.offer(samples_of(block), self._clock()))  # patience begins at its turn, not in the queue
+        out = assembler.offer(samples_of(block), self._clock())  # patience begins at its turn, not in the queue
+        if message.fetched:
+            out.duplicates = 0  # what we had already was not sent in vain: we asked for it
+        run.add(out)
         if assembler.held:
             self._holding[run.record.id] = run
             run.key = message.key

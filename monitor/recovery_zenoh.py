@@ -54,8 +54,8 @@ class Recovery:
         if (sample := reply.ok) is None:
             return
         try:
-            payload = sample.payload.to_bytes()
-            self._inbox.put(Message(str(sample.key_expr), str(sample.encoding), payload, time.monotonic()))
+            payload, now = sample.payload.to_bytes(), time.monotonic()
+            self._inbox.put(Message(str(sample.key_expr), str(sample.encoding), payload, now, fetched=True))
         except Exception as error:  # Zenoh would print it and forget it
             log.error("cannot take a message", error=f"{type(error).__name__}: {error}")
 

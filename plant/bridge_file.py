@@ -20,6 +20,7 @@ from plant.tables import build, check_keys
 from plant.wire_rules import CHANNELS
 
 TOP = ("name", "site", "axis", *SECTIONS)
+LAST_ID = 0x7FF  # of 11 bits, as all PDOs are
 SAME = 0.01  # two rated torques that differ by less are the same
 
 
@@ -120,27 +121,29 @@ def _by_node(table: AxisTable, nested: Mapping[str, Any], name: str, axis: Axis 
         table.temperature_scale,
     )
     try:
-        return cia402.layout(name, table.node, _pdos(nested.get("pdo"), where), scaling)
+        return cia402.layout(name, table.node, _pdos(nested.get("pdo")), scaling)
     except ParameterError:
         raise
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
 
-def _pdos(listed: object, where: str) -> list[tuple[int, tuple[str, ...]]]:
+def _pdos(listed: object) -> list[tuple[int, tuple[str, ...]]]:
     """The PDOs of a drive; without any, the one that most drives send."""
     if listed is None:
         return [(0, cia402.DEFAULT_TPDO1)]
-    shape = f'{where}: pdo must be a list like [{{ id = 0x181, objects = ["6041:16", "6064:32", "6077:16"] }}]'
+    shape = 'pdo must be a list like [{ id = 0x181, objects = ["6041:16", "6064:32", "6077:16"] }]'
     if not isinstance(listed, list) or not listed:
         raise InputError(shape)
     found = []
     for pdo in listed:
         if not isinstance(pdo, Mapping) or not isinstance(pdo.get("objects"), list):
             raise InputError(shape)
-        check_keys(pdo, ("id", "objects"), f"{where} pdo")
+        check_keys(pdo, ("id", "objects"), "pdo")
         if not all(isinstance(one, str) for one in pdo["objects"]) or type(pdo.get("id", 0)) is not int:
             raise InputError(shape)
+        if not 0 <= pdo.get("id", 0) <= LAST_ID:
+            raise InputError(f"pdo id is {pdo['id']:#x}, but must be 0x1 ... {LAST_ID:#x}, or left out")
         found.append((pdo.get("id", 0), tuple(pdo["objects"])))
     return found
 

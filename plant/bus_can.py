@@ -7,6 +7,7 @@ again with growing pauses, and so does a long silence: some adapters never say t
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import socket
 import threading
@@ -65,6 +66,8 @@ def open_bus(interface: str, channel: str, bitrate: int = 0, options: Mapping[st
     if bitrate:
         words["bitrate"] = bitrate
     where = f"CAN bus {interface} {channel}"
+    if not (library := logging.getLogger("can")).handlers:  # what matters of it is in the errors
+        library.addHandler(logging.NullHandler())
     try:
         bus = can.Bus(channel=channel, interface=interface, **words)
     except can.CanInterfaceNotImplementedError as error:

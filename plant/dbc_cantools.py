@@ -72,7 +72,12 @@ def dbc_layout(
 
 def _frame(message: Any, signals: list[Signal], pages: tuple[Page, ...]) -> Frame:
     key = frame_key(message.frame_id, message.is_extended_frame)
-    return Frame(key, message.length, tuple(signals), message.name, pages=pages)
+    where = "".join(f", {page.switch.name.rpartition('.')[2]} = {_shown(page.values)}" for page in pages)
+    return Frame(key, message.length, tuple(signals), message.name + where, pages=pages)
+
+
+def _shown(values: tuple[int, ...]) -> str:
+    return f"{values[0]}" if len(values) == 1 else f"{values[0]} ... {values[-1]}"
 
 
 def _pages(message: Any, signal: Any) -> tuple[Page, ...]:

@@ -80,7 +80,10 @@ def read_log(path: Path, channel: str | None = None) -> Log:
         raise RecordingError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except Exception as error:  # the readers raise whatever a damaged byte leads them to
         if not found and not whole:
-            raise RecordingError(f"{path}: not a {kind} log: {str(error)[:200] or type(error).__name__}") from None
+            if path.stat().st_size == 0:
+                raise RecordingError(f"{path}: empty, no frames") from None
+            why = str(error)[:200] or type(error).__name__
+            raise RecordingError(f"{path}: not a {kind} log, or damaged at its beginning ({why})") from None
         said = str(error)[:80] or type(error).__name__
         count = len(found) + len(whole) * CHUNK
         remarks.append(f"damaged after {count} frames ({said}): what comes after is lost")

@@ -29,7 +29,9 @@ def read_table(path: Path, choose: Choose, select: Select) -> dict[str, Floats]:
     """
     reader = _READERS.get(_kind(path))
     if reader is None:
-        raise RecordingError(f"{path}: not a kind of recording we read; known are {', '.join(_READERS)}")
+        raise RecordingError(
+            f"{path}: not a kind of recording we read; known are {', '.join(_READERS)}, .blf, .asc, .log"
+        )
     if not path.exists():
         raise RecordingError(f"{path}: no such recording")
     try:
