@@ -25,6 +25,8 @@ hop = 500
 [drift]
 baseline_windows = 8
 baseline_span = 0.0
+[alarms]  # of eight windows, one every five seconds, no change is sure in a minute at one false alarm a year
+false_alarms_per_axis_year = 10000.0
 [log]
 format = "json"
 """
