@@ -189,7 +189,7 @@ def run(kind, frames_per_second: float, seconds: float) -> dict:
         """As the daemon does: what Zenoh's own recovery left out is asked of the publisher's cache."""
         while not ended.wait(0.5):
             for axis, blocks in heard.items():
-                known = sorted(list(blocks.items()))
+                known = [(0, 0), *sorted(list(blocks.items()))]
                 if any(seq + n < after for (seq, n), (after, _) in itertools.pairwise(known)):
                     recovery.fetch(keys.samples_key("s", axis))
             for message in inbox.take(20_000, 0.0)[0]:
