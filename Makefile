@@ -30,7 +30,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -55,7 +55,7 @@ docs: $(VENV)/.ready-dev  ## regenerate docs/cli.md, docs/configuration.md and d
 bench: $(VENV)/.ready-dev  ## benchmarks: simulation, search, the whole stream
 	$(PYTEST) tests/benchmarks --benchmark-enable --benchmark-only
 
-robot-joints: $(VENV)/.ready-dev  ## the watch on real robot joints in which nothing was broken; wants the recordings of TRIBOWATCH_DATA
+robot-joints: $(VENV)/.ready-dev  ## the watch on real robot joints and a real cart on which nothing was broken; wants the recordings of TRIBOWATCH_DATA
 	$(PY) -m tests.monitor.studies.robot
 
 bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, size; ARGS="--axes 2" for less
@@ -109,6 +109,15 @@ cannot-see: $(VENV)/.ready-dev  ## what a recording can show, by excitation: doc
 blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind --rivals $(ARGS)
 
+naming: $(VENV)/.ready-dev  ## training cases of the blind study beside fits of the true effects: why a name was missed; ARGS="--cases 0:10"
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.naming $(ARGS)
+
+true-effect: $(VENV)/.ready-dev  ## our fit of the true effect against one that starts from the truth; ARGS="--count 8"
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.true_effect $(ARGS)
+
+diagnosis-course: $(VENV)/.ready-dev  ## where the time of a diagnosis goes, and how far off its progress bar is; ARGS="--cases 4"
+	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.diagnosis_course $(ARGS)
+
 cluster: $(VENV)/.ready-dev  ## more than one machine: a Dask cluster with workers and scheduler killed, daemons that take over
 	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py -m "slow or not slow" -s
 
@@ -123,16 +132,24 @@ page-figures: $(VENV)/.ready-dev  ## first paint and data size of each view of t
 
 picture: $(VENV)/.ready-dev  ## the screenshot of the README, from a demo that runs for it
 	$(PY) -m tests.page.picture $(ARGS)
-axis-years: $(VENV)/.ready-dev  ## how often a healthy axis cries wolf: 1000 axis-years, errors from 10 500 real answers; hours; ARGS="--years 50"
-	test -e var/studies/pool.npz || $(PY) -m tests.monitor.studies.pool
+
+axis-years: var/studies/pool.npz  ## how often a healthy axis cries wolf: 1000 axis-years, errors from 10 500 real answers; hours; ARGS="--years 50"
 	$(PY) -m tests.monitor.studies.axis_years $(ARGS)
 
-delay: $(VENV)/.ready-dev  ## how soon changes are found, beside the optimum, a fixed rule, river and ruptures; ARGS="--axes 20" for less
-	test -e var/studies/pool.npz || $(PY) -m tests.monitor.studies.pool
+healthy-lives: var/studies/pool.npz  ## does friction that wanders by a percent over days cry wolf? half-years of the scenario `healthy`; ARGS="--lives 40"
+	$(PY) -m tests.monitor.studies.healthy_lives $(ARGS)
+
+causes: var/studies/pool.npz  ## what the watch calls each cause, many axes from real answers; ARGS="--axes 10"
+	$(PY) -m tests.monitor.studies.causes $(ARGS)
+
+delay: $(VENV)/.ready-bench var/studies/pool.npz  ## how soon changes are found, beside the optimum, a fixed rule, river and ruptures; ARGS="--axes 20" for less
 	$(PY) -m tests.monitor.studies.delay $(ARGS)
 
 confusion: $(VENV)/.ready-dev  ## simulated causes against what the watch calls them; ARGS="--axes 3" for less, "--first 1000" for fresh ones
 	$(PY) -m tests.monitor.studies.confusion $(ARGS)
+
+watch-scenarios: $(VENV)/.ready-dev  ## scenarios burst by burst through identification and watch; ARGS="jam bad_sensor" for these
+	$(PY) -m tests.monitor.studies.offline $(ARGS)
 
 story: $(VENV)/.ready-dev  ## a rail defect grows, is named by the daemon, promoted, trended, repaired: the real daemon in time-lapse
 	$(PY) -m tests.scenarios.story
@@ -140,8 +157,11 @@ story: $(VENV)/.ready-dev  ## a rail defect grows, is named by the daemon, promo
 daemon-years: $(VENV)/.ready-dev  ## 20 healthy machines through a real daemon for a year, with restarts and gaps: what it raised falsely; ARGS="--axes 4 --days 60"
 	$(PY) -m tests.scenarios.daemon_years $(ARGS)
 
+alarm-restarts: $(VENV)/.ready-dev  ## alarms in every state over kill -9, SIGTERM and clocks that step, with a real daemon
+	$(PYTEST) tests/scenarios/test_alarms_over_restarts.py -m slow -s
+
 kill9: $(VENV)/.ready-dev  ## kill -9 of the daemon at 20 random moments of a replay: nothing acknowledged is lost
-	$(PYTEST) tests/scenarios -m slow -k kill -s
+	$(PYTEST) tests/scenarios/test_kill9.py -m slow -s
 
 kills: $(VENV)/.ready-dev  ## kill -9 of daemon, workers, publisher (and server): ARGS="--kills 1000 --database postgresql"
 	$(PY) -m tests.scenarios.kill9 $(ARGS)
@@ -154,6 +174,10 @@ clean:  ## remove the virtual environment, caches and the demo's state
 	find plant identify monitor tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # --- stamps: the second `make run` starts at once -------------------------------------------------------------------
+
+# What every study of the watch draws its errors from, made once: about 15 min of one core.
+var/studies/pool.npz: | $(VENV)/.ready-dev
+	$(PY) -m tests.monitor.studies.pool
 
 # The first python on PATH that is at least 3.11 and can make virtual environments.
 $(VENV)/.made:

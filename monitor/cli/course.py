@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from identify.mismatch.progress import Doing
 
-# In units of one candidate's fit in the first search, about, from `python -m tests.identify.studies.diagnosis_course`.
+# In units of one candidate's fit in the first search, about, from `make diagnosis-course`.
 BASELINE = 2.5  # the model of friction alone
 OUTLOOK = 1.5  # before the fits of a search: which effects are worth one
 CANDIDATES = 7.0  # of a search that has not begun

@@ -1,4 +1,4 @@
-"""Run the blind study: `python -m tests.blind --cases 600 --seed 900000`, or `make blind ARGS="--cases 40"`.
+"""Run the blind study: `make blind`, or `make blind ARGS="--cases 40"`.
 
 Cases are drawn in batches: the batch's labels are written to `sealed/` and hashed, then its case folders, then each is
 diagnosed in a process of its own (with `--rivals`, put through the rival methods too). A second start goes on where the
@@ -31,7 +31,7 @@ def main() -> None:
     """Read the arguments and run."""
     parser = argparse.ArgumentParser(prog="python -m tests.blind", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=600)
-    parser.add_argument("--seed", type=int, default=JUDGE_SEED, help="below 900000 while developing")
+    parser.add_argument("--seed", type=int, default=JUDGE_SEED, help=f"below {JUDGE_SEED} while developing")
     parser.add_argument("--jobs", type=int, default=1, help="diagnoses at a time")
     parser.add_argument("--out", type=Path, default=Path("var/blind"))
     parser.add_argument("--duration", type=float, default=30.0, help="of each recording [s]; half at 1 kHz")

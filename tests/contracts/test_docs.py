@@ -220,6 +220,37 @@ def test_links_between_pages_lead_somewhere():
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
+# --- what is told to be run can be run --------------------------------------------------------------------------
+
+
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+TARGETS = set(re.findall(r"^([a-z0-9-]+):.*## ", MAKEFILE, re.M))
+HELPERS = {  # programs that another program starts
+    "tests/blind/rivals.py",
+    "tests/scenarios/daemon_on_another_clock.py",
+    "tests/scenarios/kill9_publisher.py",
+}
+
+
+def test_every_make_target_that_is_named_exists():
+    for path in committed_files():
+        if path.suffix in (".py", ".md", ".toml", ".yaml", ".service") and path.name != "CHANGELOG.md":
+            named = set(re.findall(r"(?:`|^ *\$ |run: )make ([a-z][a-z0-9-]+)", path.read_text(encoding="utf-8"), re.M))
+            assert named <= TARGETS, f"{path.relative_to(ROOT)}: {sorted(named - TARGETS)}"
+
+
+def test_every_target_is_phony_so_that_no_file_of_its_name_hides_it():
+    assert set(re.findall(r"^\.PHONY: (.*)$", MAKEFILE, re.M)[0].split()) == TARGETS
+
+
+def test_every_study_has_a_make_target():
+    for path in (ROOT / "tests").rglob("*.py"):
+        name = path.relative_to(ROOT).as_posix()
+        if not path.name.startswith("test_") and 'if __name__ == "__main__":' in path.read_text(encoding="utf-8"):
+            module = name.removesuffix(".py").removesuffix("/__main__").replace("/", ".")
+            assert name in HELPERS or re.search(rf"-m {re.escape(module)}(\s|$)", MAKEFILE, re.M), name
+
+
 # --- what committed files must not hold -------------------------------------------------------------------------
 
 

@@ -1,7 +1,7 @@
 """Commissioning and today: does the diagnosis see what changed, and nothing where nothing did? `make before-after`.
 
 Pairs of recordings of one machine by the independent simulator: the second with an effect that the first lacks, with
-other friction, or unchanged. Training seeds, below 900000.
+other friction, or unchanged. Training seeds.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def main() -> None:
     """Print every pair, then the rates."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--pairs", type=int, default=30)
-    parser.add_argument("--seed", type=int, default=73_000, help="below 900000: these are training seeds")
+    parser.add_argument("--seed", type=int, default=73_000, help="a training seed")
     given = parser.parse_args()
     quiet, named, covered, raised, beside = [], [], [], [], []
     held: list[bool] = []

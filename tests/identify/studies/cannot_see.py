@@ -112,7 +112,7 @@ def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--machines", type=int, default=5)
-    parser.add_argument("--seed", type=int, default=75_000, help="below 900000: these are training seeds")
+    parser.add_argument("--seed", type=int, default=75_000, help="a training seed")
     given = parser.parse_args()
     sizes, alike = measured(given.machines, given.seed)
     text = [PREFACE.format(engine=engine(), thresholds=digest(), machines=given.machines),

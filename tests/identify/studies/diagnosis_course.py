@@ -1,4 +1,4 @@
-"""Where the time of a diagnosis goes, and how far off its progress bar is. `python -m ... --first 4200 --cases 16`.
+"""Where the time of a diagnosis goes, and how far off its progress bar is. `make diagnosis-course`.
 
 Machines of training seeds; CPU time, so that a busy computer changes nothing. Prints the medians that
 `monitor/cli/course.py` holds as constants, and the foreseen time left over the true one.

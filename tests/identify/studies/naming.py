@@ -1,9 +1,8 @@
 """How well names are found on training cases of the blind study, and why each miss is one.
 
-`python -m tests.identify.studies.naming --seed 8100 --cases 0:60 --out FOLDER` draws the cases of the blind study's own
-plan, diagnoses them in process, fits the *true* effects from the true values (the oracle), and keeps for each case what
-every step of the search saw, so that rules can be replayed in seconds (`--replay`). Seeds from 900000 on judge: never
-here.
+`make naming` draws the cases of the blind study's own plan, diagnoses them in process, fits the *true* effects from the
+true values (the oracle), and keeps for each case, in `var/naming`, the answer and what every step of the search saw.
+Seeds that judge (`tests.blind.plan`) are refused.
 """
 
 from __future__ import annotations
@@ -26,12 +25,10 @@ from identify.mismatch.result import Diagnosis
 from identify.mismatch.rules import price, refusal
 from plant.axis_file import read_axis
 from plant.recording_files import read_recording_entry
-from tests.blind.plan import draw_spec
+from tests.blind.plan import JUDGE_SEED, draw_spec
 from tests.blind.scoring import Score, score
 from tests.blind.sealing import Study, draw
 from tests.reference.cases import write_case
-
-SEEN = 965_000  # seeds that judged once and are known since are below; those from here on are never drawn
 
 
 def drawn(seed: int, index: int, folder: Path) -> tuple:
@@ -160,15 +157,15 @@ def line(found: dict) -> str:
 
 def main() -> None:
     """Read the arguments and run."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--cases", required=True, help="from:to, or numbers with commas")
-    parser.add_argument("--out", type=Path, required=True)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=8100, help="a training seed")
+    parser.add_argument("--cases", default="0:60", help="from:to, or numbers with commas")
+    parser.add_argument("--out", type=Path, default=Path("var/naming"))
     parser.add_argument("--kinds", default="", help="only these kinds, with commas")
-    parser.add_argument("--redo", action="store_true")
+    parser.add_argument("--redo", action="store_true", help="diagnose again what was diagnosed")
     given = parser.parse_args()
-    if given.seed >= SEEN:
-        raise SystemExit("this seed judges")
+    if given.seed >= JUDGE_SEED:
+        parser.error(f"seeds from {JUDGE_SEED} on judge: never here")
     given.out.mkdir(parents=True, exist_ok=True)
     numbers = range(*map(int, given.cases.split(":"))) if ":" in given.cases else map(int, given.cases.split(","))
     for index in numbers:

@@ -3,7 +3,7 @@
 Cases whose names are hard to tell apart are drawn by the independent simulator and diagnosed; where more than one set
 is left and an experiment is proposed, the *true* machine runs it in the simulator, and the diagnosis is repeated with
 its recording along. Counted: how often the tie is resolved to the truth, stays, or is resolved wrongly; and the same
-with the running motion recorded once more instead, for that alone also adds evidence. Training seeds, below 900000.
+with the running motion recorded once more instead, for that alone also adds evidence. Training seeds.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def main() -> None:
     """Print every case, then the rates."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=32)
-    parser.add_argument("--seed", type=int, default=71_000, help="below 900000: these are training seeds")
+    parser.add_argument("--seed", type=int, default=71_000, help="a training seed")
     parser.add_argument("--no-control", action="store_true", help="leave out the running motion recorded once more")
     given = parser.parse_args()
     ends: dict[str, Counter[str]] = {"proposed": Counter(), "repeated": Counter()}

@@ -1,4 +1,4 @@
-"""What the watch calls what, at the level of estimates: many axes per cause. `python -m tests.monitor.studies.causes`.
+"""What the watch calls what, at the level of estimates: many axes per cause. `make causes`.
 
 Thirty healthy windows, then fifteen with a cause of random size, each axis of its own kind, scatter and wandering,
 errors from the pool of real answers. Right is what stands with the last window. Seeds below 20 000 are for choosing,

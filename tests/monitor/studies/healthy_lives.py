@@ -1,7 +1,7 @@
 """Lives of the scenario `healthy`, many of them: does friction that wanders by a percent over days cry wolf?
 
 Half a year each, a window every seven hours, errors from the pool of real answers, at the default setting:
-`python -m tests.monitor.studies.healthy_lives --lives 120`.
+`make healthy-lives ARGS="--lives 120"`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A scenario through identification and watch, burst by burst, without daemon or stream.
 
-`python -m tests.monitor.studies.offline jam bad_sensor` prints when which finding holds.
+`make watch-scenarios ARGS="jam bad_sensor"` prints when which finding holds; without names, of all scenarios.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from monitor.samples import Samples, Window, WindowId
 from plant.axis import Axis
 from plant.recording import Recording
 from plant.scenario import Scenario
-from plant.scenario_file import read_scenario
+from plant.scenario_file import names, read_scenario
 
 
 def samples_of(recording: Recording, axis: Axis, begin_ns: int, seq: int) -> Samples:
@@ -57,8 +57,8 @@ def watch(scenario: Scenario, found: Iterator[Estimate]) -> Iterator[tuple[Estim
         yield one, state, findings
 
 
-def main(names: list[str]) -> None:
-    for name in names:
+def main(chosen: list[str]) -> None:
+    for name in chosen or names():
         scenario = read_scenario(name)
         begin, before = scenario.begin_ns(0), set()
         print(f"=== {name}: {scenario.description}")

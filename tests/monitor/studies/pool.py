@@ -166,21 +166,24 @@ def row(scenario: Scenario, number: int, seed: int) -> dict[str, object]:
 
 
 def make(windows: int, path: Path = POOL) -> None:
-    """Fill the pool up to `windows`, saving now and then; an interrupted run goes on where it was."""
+    """Fill the pool up to `windows`; what an interrupted run left beside it is gone on with."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = []
-    if path.exists():
-        with np.load(path) as kept:
+    part, rows = path.with_suffix(".part.npz"), []
+    begun = part if part.exists() else path
+    if begun.exists():
+        with np.load(begun) as kept:
             rows = [{name: kept[name][i] for name in kept.files} for i in range(len(kept["seed"]))]
     scenarios = [scenario_of(family) for family in FAMILIES]
     begin = time.monotonic()
     for seed in range(len(rows), windows):
         rows.append(row(scenarios[seed % len(FAMILIES)], seed % len(FAMILIES), seed))
         if (seed + 1) % 200 == 0 or seed + 1 == windows:
-            temporary = path.with_suffix(".part.npz")
+            temporary = path.with_suffix(".new.npz")
             np.savez_compressed(temporary, **{name: np.array([one[name] for one in rows]) for name in rows[0]})
-            temporary.replace(path)
+            temporary.replace(part)
             print(f"{seed + 1} windows, {time.monotonic() - begin:.0f} s", flush=True)
+    if part.exists():
+        part.replace(path)
 
 
 if __name__ == "__main__":
