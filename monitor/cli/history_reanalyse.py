@@ -39,7 +39,10 @@ def reanalyse_command(
     ] = "then",
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Dask scheduler, like tcp://host:8786. Default: this machine.", show_default=False),
+        typer.Option(
+            help="Dask scheduler, like tcp://host:8786. Default: the configuration's, else this machine.",
+            show_default=False,
+        ),
     ] = None,
     workers: Annotated[
         int, typer.Option(min=0, help="Processes; 0 = one per processor, with --scheduler all of the cluster's.")

@@ -213,6 +213,23 @@ def test_every_key_of_the_axis_file_is_documented():
     assert not silent
 
 
+def test_every_key_command_and_refusal_is_documented():
+    from monitor.operate import ACTIONS
+    from plant import keys
+    from plant.wire import REASONS
+
+    outputs, stream, http = (
+        (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("outputs.md", "stream.md", "http-api.md")
+    )
+    for what in (*keys.OUTPUTS, *(f"history/{what}" for what in keys.HISTORIES), keys.COMMAND):
+        assert f"| `<axis>/{what}` |" in outputs
+    for action in ACTIONS:
+        assert f"`{action}`" in outputs
+        assert f"`{action}`" in http
+    for reason in (*REASONS, "wrong_axis", "queue_full", "internal_error", "judgement_error"):
+        assert f"`{reason}`" in stream
+
+
 def test_links_between_pages_lead_somewhere():
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
