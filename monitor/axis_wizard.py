@@ -11,7 +11,8 @@ from typing import Any
 
 from monitor.axis_guess import ColumnGuess, Constants
 from plant.axis import AXIS_NAME, Axis, Drive, Mechanics, Orientation, RecordingEntry, Sensor, Stream, TorqueHold
-from plant.axis_schema import CHANNELS, nearest
+from plant.axis_schema import CHANNELS
+from plant.checks import nearest
 from plant.errors import InputError
 
 Answers = Mapping[str, Any]

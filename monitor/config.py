@@ -6,10 +6,8 @@ Relative paths are relative to the configuration file. The environment overrides
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,6 +17,8 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 from monitor.config_page import PageSection
 from monitor.errors import ConfigError
 from plant.axis import AXIS_NAME, Axis
+from plant.checks import nearest
+from plant.toml_files import read_toml
 
 CLOSED = ("tls/", "unixsock-stream/")  # endpoints that ask for a certificate or lie in a folder with permissions
 LOOPBACK = re.compile(r"/(127\.\d+\.\d+\.\d+|localhost|\[::1\]):")
@@ -243,12 +243,7 @@ def read_config(path: Path) -> Config:
         ConfigError: no such file, no TOML, unknown key (with the nearest allowed one), value out of range.
     """
     path = Path(path)
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot read the configuration: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not a TOML file: {error}") from None
+    values = read_toml(path, "configuration", ConfigError)
     try:
         config = Config(**values)
     except ValidationError as error:
@@ -315,10 +310,7 @@ def _first_problem(error: ValidationError) -> str:
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] == "extra_forbidden":
         key = str(problem["loc"][-1])
-        allowed = sorted(_allowed_keys(problem["loc"][:-1]))
-        near = difflib.get_close_matches(key, allowed, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"allowed here: {', '.join(allowed)}"
-        return f"unknown key {where!r}; {hint}"
+        return f"unknown key {where!r}; {nearest(key, sorted(_allowed_keys(problem['loc'][:-1])))}"
     if problem["type"] == "missing":
         return f"key {where!r} is missing"
     message = re.sub(r"^Input should", "should", problem["msg"])

@@ -26,7 +26,7 @@ from monitor.store import Store
 from monitor.store_records import EventRecord, VersionRecord
 from monitor.times import iso, parse_duration, parse_time, span
 from plant import keys
-from plant.axis_schema import nearest
+from plant.checks import nearest
 from plant.errors import ParameterError, TribowatchError
 
 log = structlog.get_logger()

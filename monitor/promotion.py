@@ -8,7 +8,7 @@ from monitor.axis_run import AxisRun
 from monitor.axis_versions import constants_of
 from monitor.errors import QueryError
 from monitor.store_records import VersionRecord
-from plant.axis_schema import nearest
+from plant.checks import nearest
 from plant.effects import names
 
 

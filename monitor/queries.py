@@ -23,7 +23,7 @@ from monitor.query_rows import (
 )
 from monitor.query_trend import names_of, series_of
 from monitor.times import iso
-from plant.axis_schema import nearest
+from plant.checks import nearest
 
 MAX_POINTS = 20_000
 PLAIN = ("unit", "value", "identifiable", "at_bound", "axis_version", "seed", "software", "data_sha256")

@@ -13,7 +13,7 @@ from monitor.database import explained, make_engine
 from monitor.errors import UnknownError
 from monitor.models import AxisRow
 from monitor.schema import check_version
-from plant.axis_schema import nearest
+from plant.checks import nearest
 
 
 class ReaderBase:

@@ -7,13 +7,13 @@ import os
 import re
 import secrets
 import tempfile
-import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
 
 from monitor.errors import TokenError
 from monitor.tokens import BYTES, PREFIX, Role, Token, Visitor, digest, holder
 from plant.axis import AXIS_NAME
+from plant.toml_files import read_toml
 
 HEAD = "# tokens of tribowatch's page, made by `tribowatch token add`; hashes only, a lost token cannot be read here\n"
 
@@ -44,7 +44,9 @@ class TokenFile:
         try:
             seen = self._path.stat()
         except OSError as error:
-            raise TokenError(_unreadable(self._path, error)) from None
+            raise TokenError(
+                f"{self._path}: cannot read the token file: {error.strerror}; {_made_by(self._path)}"
+            ) from None
         stamp = (seen.st_mtime_ns, seen.st_size, seen.st_ino)
         if stamp != self._stamp:
             self._tokens = read_tokens(self._path)
@@ -57,15 +59,13 @@ def read_tokens(path: Path) -> tuple[Token, ...]:
     Raises:
         TokenError: it cannot be read, or holds something else.
     """
+    content = read_toml(path, "token file", TokenError, f"no such token file; {_made_by(path)}")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
         rows = content.get("token", [])
         if set(content) - {"token"}:
             raise KeyError(", ".join(set(content) - {"token"}))
         return tuple(Token(row["name"], Role(row["role"]), _hash(row["sha256"]), row.get("made", "")) for row in rows)
-    except OSError as error:
-        raise TokenError(_unreadable(path, error)) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError) as error:
         raise TokenError(f"{path}: not a token file ({error}); make one with tribowatch token add") from None
 
 
@@ -127,5 +127,5 @@ def _hash(text: str) -> str:
     return text
 
 
-def _unreadable(path: Path, error: OSError) -> str:
-    return f"{path}: the tokens cannot be read ({error.strerror}); make it: tribowatch token add NAME --file {path}"
+def _made_by(path: Path) -> str:
+    return f"make it: tribowatch token add NAME --file {path}"

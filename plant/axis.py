@@ -12,7 +12,8 @@ from types import MappingProxyType
 
 from plant.errors import AxisFileError, ParameterError
 
-STANDARD_GRAVITY = 9.81  # m/s^2, the value of design.md's example
+STANDARD_GRAVITY = 9.81  # m/s^2
+SMALLEST_RADIUS, LARGEST_RADIUS = 1e-6, 1e6  # m, of a pulley: beyond them its square means nothing
 AXIS_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}"
 
 
@@ -78,14 +79,14 @@ class Mechanics:
                 raise ParameterError(name, value, ">= 0", unit)
         for name in ("Rc", "Rm"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ParameterError(name, value, "> 0", "m")
+            if not SMALLEST_RADIUS <= value <= LARGEST_RADIUS:
+                raise ParameterError(name, value, f"{SMALLEST_RADIUS:g} to {LARGEST_RADIUS:g}", "m")
         if self.force_per_torque is not None and not (math.isfinite(self.force_per_torque) and self.force_per_torque):
             raise ParameterError("force_per_torque", self.force_per_torque, "finite and not 0", "N per N*m")
         if self.orientation is Orientation.ROTARY and self.M:
             raise ParameterError("M", self.M, "0 on a rotary axis (J carries the inertia)", "kg")
-        if self.moving_mass <= 0:
-            raise ParameterError("moving mass M + J/Rc^2", self.moving_mass, "> 0", "kg")
+        if not 0 < self.moving_mass < math.inf:
+            raise ParameterError("moving mass M + J/Rc^2", self.moving_mass, "> 0 and finite", "kg")
         if self.travel is not None and not self.travel[0] < self.travel[1]:
             raise ParameterError("travel", list(self.travel), "[lowest, highest]", "m")
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from plant.axis import Axis, Drive, Mechanics, Orientation, RecordingEntry, Sensor, Stream, TorqueHold
-from plant.axis_schema import TOP, check_keys, check_table
+from plant.axis_schema import TOP, check_table
+from plant.checks import check_keys
 from plant.errors import AxisFileError, ParameterError
+from plant.toml_files import read_toml
 
 _WORDS = {
     TorqueHold.HOLD: "held over the sample",
@@ -26,7 +27,7 @@ def read_axis(path: str | Path) -> Axis:
     """Read an axis file; torques of [drive] become forces at the belt, recordings' paths become absolute.
 
     Args:
-        path: the TOML file, contract in docs (design.md §2).
+        path: the TOML file, as in docs/axis-file.md.
 
     Returns:
         The axis, all values in SI.
@@ -36,8 +37,8 @@ def read_axis(path: str | Path) -> Axis:
             or mechanics, value out of range: one line with file, table, key, value and unit.
     """
     path = Path(path)
-    content = _load(path)
-    check_keys(content, TOP, str(path))
+    content = read_toml(path, "axis file", AxisFileError, "no such axis file; 'tribowatch axes init' writes one")
+    check_keys(content, TOP, str(path), AxisFileError)
     name = content.get("name")
     if not isinstance(name, str):
         raise AxisFileError(f'{path}: name is {"missing" if name is None else repr(name)}; write name = "axis-0001"')
@@ -67,19 +68,6 @@ def read_axis(path: str | Path) -> Axis:
         raise AxisFileError(f"{path} [mechanics]: {error}") from None
     except AxisFileError as error:
         raise error if str(error).startswith(str(path)) else AxisFileError(f"{path}: {error}") from None
-
-
-def _load(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise AxisFileError(f"{path}: no such axis file; 'tribowatch axes init' writes one") from None
-    except OSError as error:
-        raise AxisFileError(f"{path}: cannot read the axis file: {error.strerror}") from None
-    except UnicodeDecodeError as error:
-        raise AxisFileError(f"{path}: not text in UTF-8 (byte {error.start}); an axis file is TOML") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise AxisFileError(f"{path}: not valid TOML: {error}") from None
 
 
 def _optional(table: Mapping[str, Any], key: str) -> float | None:

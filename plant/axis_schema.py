@@ -2,34 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from plant.checks import as_table, check_keys, is_number
 from plant.errors import AxisFileError
 
 CHANNELS = ("t", "torque", "force", "position", "velocity", "temperature", "load")
-
-
-_CALLED = {"mass": "M", "inertia": "J", "gravity": "g", "orientation": "axis", "gain": "force_per_torque"}
-
-
-def nearest(word: str, allowed: Iterable[str]) -> str:
-    """Say which of `allowed` was probably meant: "did you mean 'M'?"; where that is a long shot, list them all."""
-    names = list(allowed)
-    if _CALLED.get(word.lower()) in names:
-        return f"did you mean {_CALLED[word.lower()]!r}?"
-    folded = {name.lower(): name for name in names}
-    best = folded[difflib.get_close_matches(word.lower(), folded, n=1, cutoff=0.0)[0]]
-    sure = difflib.SequenceMatcher(None, word.lower(), best.lower()).ratio() >= 0.6
-    return f"did you mean {best!r}?" + ("" if sure else f" allowed here: {', '.join(names)}")
-
-
-def is_number(value: object) -> bool:
-    """True for a finite TOML integer or float; a TOML boolean is a Python int, but not a number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +54,7 @@ _SELECT = Key(
     lambda v: _channel_map(v, lambda x: isinstance(x, str | bool) or is_number(x)),
     'a table like { run = "0m20" }',
 )
+_PATH = Key(lambda v: isinstance(v, str) and bool(v) and "\0" not in v, "a path in quotes")
 _FORCE = "N (N*m rotary)"
 
 TABLES: Mapping[str, Mapping[str, Key]] = {
@@ -98,13 +80,13 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
     "stream": {"sample_time": number("s", above=0), "torque": word()},
     "analysis": {"sample_time": number("s", above=0)},
     "recording": {
-        "file": Key(lambda v: isinstance(v, str) and bool(v), "a path in quotes"),
+        "file": _PATH,
         "columns": _COLUMNS,
         "scale": _SCALE,
         "select": _SELECT,
         "sample_time": number("s", above=0),
-        "dbc": Key(lambda v: isinstance(v, str) and bool(v), "a path in quotes"),
-        "bridge": Key(lambda v: isinstance(v, str) and bool(v), "a path in quotes"),
+        "dbc": _PATH,
+        "bridge": _PATH,
         "loop": word("open", "closed"),
         "torque": word(),
         "note": word(),
@@ -113,28 +95,14 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
 TOP = ("name", *TABLES)
 
 
-def check_keys(found: Iterable[str], allowed: Iterable[str], where: str) -> None:
-    """Refuse the first key of `found` that is not `allowed`.
-
-    Raises:
-        AxisFileError: names the key, `where` (file and table), and the nearest allowed key.
-    """
-    names = list(allowed)
-    for key in found:
-        if key not in names:
-            raise AxisFileError(f"{where}: unknown key {key!r}; {nearest(key, names)}")
-
-
-def check_table(table: object, name: str, where: str) -> dict[str, Any]:
+def check_table(value: object, name: str, where: str) -> dict[str, Any]:
     """Check one table's keys, types and ranges and return it.
 
     Raises:
         AxisFileError: one line with `where`, the key, its value with unit, and what is wanted.
     """
-    if not isinstance(table, dict):
-        raise AxisFileError(f"{where}: must be a table, is {table!r}")
-    keys = TABLES[name]
-    check_keys(table, keys, where)
+    table, keys = as_table(value, where, AxisFileError), TABLES[name]
+    check_keys(table, keys, where, AxisFileError)
     for key, value in table.items():
         rule = keys[key]
         if not rule.accepts(value):
@@ -142,5 +110,5 @@ def check_table(table: object, name: str, where: str) -> dict[str, Any]:
             in_unit = f" [{rule.unit}]" if rule.unit else ""
             raise AxisFileError(f"{where}: {key} is {value!r}{unit}, but must be {rule.wanted}{in_unit}")
     for key in ("columns", "scale"):
-        check_keys(table.get(key, {}), CHANNELS, f"{where} {key}")
+        check_keys(table.get(key, {}), CHANNELS, f"{where} {key}", AxisFileError)
     return table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -11,12 +10,13 @@ from typing import Any
 from plant import cia402
 from plant.axis import Axis
 from plant.axis_file import read_axis
-from plant.axis_schema import is_number
 from plant.bridge_settings import SECTIONS, AxisTable, BridgeSettings
 from plant.can_layout import AxisLayout, show_id
+from plant.checks import as_table, check_keys, is_number
 from plant.errors import InputError, ParameterError
 from plant.keys import check_id
-from plant.tables import build, check_keys
+from plant.tables import build
+from plant.toml_files import read_toml
 from plant.wire_rules import CHANNELS
 
 TOP = ("name", "site", "axis", *SECTIONS)
@@ -32,7 +32,7 @@ def read_bridge(path: str | Path) -> BridgeSettings:
             a signal or object that cannot be, an id or axis used twice: one line with file, table and key.
     """
     path = Path(path)
-    content = load(path)
+    content = read_toml(path, "bridge file")
     check_keys(content, TOP, str(path))
     for key in ("name", "site"):
         if not isinstance(content.get(key), str):
@@ -61,24 +61,10 @@ def read_bridge(path: str | Path) -> BridgeSettings:
     )
 
 
-def load(path: Path) -> dict[str, Any]:
-    """Read the TOML at `path`.
-
-    Raises:
-        InputError: it cannot be read, or is not TOML.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot read the bridge file: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
-
-
 def is_bridge_file(path: Path) -> bool:
     """True when the TOML at `path` is a bridge file: only those have a [can] table, or axes with nodes or a DBC."""
     try:
-        content = load(path)
+        content = read_toml(path, "bridge file")
     except InputError:
         return False
     axes = content.get("axis")
@@ -89,10 +75,9 @@ def is_bridge_file(path: Path) -> bool:
 def _axis(entry: object, path: Path, number: int) -> tuple[AxisLayout, str]:
     """The layout of one [[axis]], and what looks odd about it."""
     where = f"{path} [[axis]] {number}"
-    if not isinstance(entry, Mapping):
-        raise InputError(f"{where}: must be a table, is {entry!r}")
-    nested = {key: entry[key] for key in ("pdo", "signals", "scale") if key in entry}
-    table = build(AxisTable, {key: value for key, value in entry.items() if key not in nested}, where)
+    given = as_table(entry, where)
+    nested: dict[str, Any] = {key: given.pop(key) for key in ("pdo", "signals", "scale") if key in given}
+    table = build(AxisTable, given, where)
     axis = read_axis(path.parent / table.file) if table.file else None
     if axis is not None and table.name and table.name != axis.name:
         raise InputError(f"{where}: name is {table.name!r}, but {table.file} describes {axis.name!r}; keep one")

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import datetime as dt
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -17,7 +16,7 @@ from plant import ageing_climate, ageing_damage, ageing_lubricant
 from plant.ageing import Ageing, Stage
 from plant.axis import Axis, Drive, Sensor, Stream
 from plant.axis_file import read_axis
-from plant.axis_schema import is_number
+from plant.checks import as_table, as_tables, check_keys, is_number
 from plant.effects import EffectValues
 from plant.effects import find as find_effect
 from plant.effects import names as effect_names
@@ -29,7 +28,8 @@ from plant.presets import READINGS, paper_axis, paper_friction
 from plant.profiles import REFERENCES
 from plant.scenario import SAMPLE_TIME, Bursts, Fault, Scenario
 from plant.sensors import PER_MILLE, Sensors
-from plant.tables import build, check_keys, pick
+from plant.tables import build, pick
+from plant.toml_files import parse_toml, read_toml
 
 TOP = (
     "name",
@@ -81,15 +81,8 @@ def read_scenario(path_or_name: str | Path) -> Scenario:
     if str(path_or_name) in known:
         text = (FOLDER / f"{path_or_name}.toml").read_text(encoding="utf-8")
         return parse_scenario(text, str(path_or_name), Path())
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: no such scenario file; those that come with tribowatch: {', '.join(known)}"
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot read the scenario file: {error}") from None
-    return parse_scenario(text, str(path), path.parent)
+    missing = f"no such scenario file; those that come with tribowatch: {', '.join(known)}"
+    return _composed(read_toml(path, "scenario file", missing=missing), str(path), path.parent)
 
 
 def parse_scenario(text: str, where: str, folder: Path) -> Scenario:
@@ -98,10 +91,11 @@ def parse_scenario(text: str, where: str, folder: Path) -> Scenario:
     Raises:
         InputError: as `read_scenario`.
     """
-    try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{where}: not valid TOML: {error}") from None
+    return _composed(parse_toml(text, where), where, folder)
+
+
+def _composed(content: Mapping[str, Any], where: str, folder: Path) -> Scenario:
+    """The scenario of a file's `content`."""
     check_keys(content, TOP, where)
     for table in ("axis", "bursts"):
         if table not in content:
@@ -146,8 +140,9 @@ def _seed(content: Mapping[str, Any], where: str) -> int:
     return seed
 
 
-def _axis(table: Mapping[str, Any], where: str, folder: Path) -> tuple[Axis, StribeckFriction | None]:
+def _axis(value: object, where: str, folder: Path) -> tuple[Axis, StribeckFriction | None]:
     """Axis and, for a preset, its friction."""
+    table = as_table(value, where)
     check_keys(table, ("preset", "file", "name", "sample_time"), where)
     if ("preset" in table) == ("file" in table):
         raise InputError(
@@ -184,27 +179,25 @@ def _resolving(axis: Axis, sensors: Sensors) -> Axis:
     )
 
 
-def _friction(table: Mapping[str, Any], new: StribeckFriction | None, where: str) -> StribeckFriction:
+def _friction(value: object, new: StribeckFriction | None, where: str) -> StribeckFriction:
     preset = {} if new is None else dataclasses.asdict(new)
-    return build(StribeckFriction, {**preset, **table}, where)
+    return build(StribeckFriction, {**preset, **as_table(value, where)}, where)
 
 
-def _excitation(table: Mapping[str, Any], axis: Axis, where: str) -> Excitation:
+def _excitation(value: object, axis: Axis, where: str) -> Excitation:
     """The torque; on a vertical axis it swings about the one that holds the weight unless the file gives an offset."""
-    form = pick(FORMS, table.get("form"), f"{where} form")
-    rest = {key: value for key, value in table.items() if key != "form"}
-    return build(form, {"offset": holding_torque(axis.mechanics), **rest}, where)
+    table = as_table(value, where)
+    form = pick(FORMS, table.pop("form", None), f"{where} form")
+    return build(form, {"offset": holding_torque(axis.mechanics), **table}, where)
 
 
-def _motion(table: object, where: str) -> ClosedLoop:
+def _motion(value: object, where: str) -> ClosedLoop:
     """Reference, its controller in the sub-table `cascade`, and what is recorded of the torque."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: must be a table, is {table!r}")
-    form = pick(REFERENCES, table.get("form"), f"{where} form")
-    torque = pick({"sample": "sample", "mean": "mean"}, table.get("torque", "sample"), f"{where} torque")
-    reference = {key: value for key, value in table.items() if key not in ("form", "torque", "cascade")}
-    cascade = build(Cascade, table.get("cascade", {}), f"{where[:-1]}.cascade]")
-    return ClosedLoop(build(form, reference, where), cascade, torque)  # type: ignore[arg-type]  # one of the two words
+    table = as_table(value, where)
+    form = pick(REFERENCES, table.pop("form", None), f"{where} form")
+    torque = pick({"sample": "sample", "mean": "mean"}, table.pop("torque", "sample"), f"{where} torque")
+    cascade = build(Cascade, table.pop("cascade", {}), f"{where[:-1]}.cascade]")
+    return ClosedLoop(build(form, table, where), cascade, torque)  # type: ignore[arg-type]  # one of the two words
 
 
 def _recorded_by(loop: ClosedLoop, axis: Axis, where: str) -> Axis:
@@ -237,34 +230,29 @@ def _effects(tables: object, axis: Axis, ageing: Ageing, where: str) -> EffectVa
     return effects
 
 
-def _bursts(table: Mapping[str, Any], where: str) -> Bursts:
-    start = table.get("start")
+def _bursts(value: object, where: str) -> Bursts:
+    table = as_table(value, where)
+    start = table.pop("start", None)
     if not isinstance(start, dt.datetime) or start.tzinfo is None:
         raise InputError(f"{where}: start is {start!r}, but must be a time with zone, like 2026-01-05T06:00:00Z")
-    return build(Bursts, {key: value for key, value in table.items() if key != "start"}, where, start=start)
+    return build(Bursts, table, where, start=start)
 
 
 def _faults(tables: object, where: str) -> tuple[Fault, ...]:
     """Days and the keys of [sensors] that hold then; reported channels do not change."""
-    if not isinstance(tables, list):
-        raise InputError(f"{where}: fault must be written [[fault]], with two brackets")
+    sensors = (f.name for f in dataclasses.fields(Sensors) if f.type == "float")
+    allowed = ("from_day", "to_day", *sensors, "dropout_length")
     faults = []
-    for number, table in enumerate(tables, start=1):
-        place = f"{where} [[fault]] {number}"
-        days = {key: value for key, value in table.items() if key in ("from_day", "to_day")}
-        rest = {key: value for key, value in table.items() if key not in days}
-        allowed = ("from_day", "to_day", *(f.name for f in dataclasses.fields(Sensors) if f.type == "float"))
-        check_keys(rest, (*allowed, "dropout_length"), place)
-        faults.append(build(Fault, days, place, sensors=build(Sensors, rest, place)))
+    for place, table in as_tables(tables, "fault", where):
+        days = {key: table.pop(key) for key in ("from_day", "to_day") if key in table}
+        check_keys(table, allowed, place)
+        faults.append(build(Fault, days, place, sensors=build(Sensors, table, place)))
     return tuple(faults)
 
 
 def _ageing(tables: object, where: str) -> Ageing:
-    if not isinstance(tables, list):
-        raise InputError(f"{where}: ageing must be written [[ageing]], with two brackets")
     stages = []
-    for number, table in enumerate(tables, start=1):
-        place = f"{where} [[ageing]] {number}"
-        cause = pick(CAUSES, table.get("kind"), f"{place} kind")
-        stages.append(build(cause, {key: value for key, value in table.items() if key != "kind"}, place))
+    for place, table in as_tables(tables, "ageing", where):
+        cause = pick(CAUSES, table.pop("kind", None), f"{place} kind")
+        stages.append(build(cause, table, place))
     return Ageing(tuple(stages))

@@ -9,26 +9,25 @@ import typing
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from plant.axis_schema import is_number, nearest
+from plant.checks import as_table, check_keys, is_number, nearest
 from plant.errors import InputError, ParameterError
 
 T = TypeVar("T")
 
 
-def build(kind: type[T], table: object, where: str, **given: Any) -> T:
-    """Make a `kind` from `table`; fields in `given` are set by the caller and not allowed in the table.
+def build(kind: type[T], value: object, where: str, **given: Any) -> T:
+    """Make a `kind` from a table; fields in `given` are set by the caller and not allowed in the table.
 
     Args:
         kind: a dataclass whose fields are numbers, texts, flags, enums, tuples of them, or None.
-        table: what the file says.
+        value: what the file says.
         where: file and table, for the message.
         given: fields that the caller fills.
 
     Raises:
         InputError: unknown key (with the nearest allowed one), missing key, wrong type, value out of range.
     """
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: must be a table, is {table!r}")
+    table = as_table(value, where)
     hints = typing.get_type_hints(kind)
     fields = {f.name: f for f in dataclasses.fields(kind) if f.init and f.name not in given}  # type: ignore[arg-type]
     check_keys(table, fields, where)
@@ -40,17 +39,6 @@ def build(kind: type[T], table: object, where: str, **given: Any) -> T:
         return kind(**values, **given)
     except ParameterError as error:
         raise InputError(f"{where}: {error}") from None
-
-
-def check_keys(table: Mapping[str, Any], allowed: Mapping[str, Any] | tuple[str, ...], where: str) -> None:
-    """Refuse the first key of `table` that is not `allowed`, naming the nearest that is.
-
-    Raises:
-        InputError: the key, where it stands, and the nearest allowed key.
-    """
-    for key in table:
-        if key not in allowed:
-            raise InputError(f"{where}: unknown key {key!r}; {nearest(key, allowed)}")
 
 
 def pick(choices: Mapping[str, T], word: object, where: str) -> T:

@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from plant.axis_schema import nearest
+from plant.checks import nearest
 from plant.errors import ParameterError, PayloadError
 from plant.keys import check_id
 

@@ -64,7 +64,7 @@ def test_the_environment_wins(write, monkeypatch):
         ('site = "p"\n[window]\nhop = 0', "window.hop = 0 should be"),
         ('site = "p"\n[window]\nhop = "many"', "window.hop = 'many'"),
         ('site = "p"\n[alarms]\nfalse_alarms_per_axis_year = -1.0', "greater than 0"),
-        ("site = ", "not a TOML file"),
+        ("site = ", "not valid TOML"),
     ],
 )
 def test_a_mistake_is_one_line_that_names_file_and_key(write, text, said):

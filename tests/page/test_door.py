@@ -248,7 +248,7 @@ def test_tokens_by_command(tmp_path):
     assert read_tokens(path) == ()
 
 
-ODD = ("nonsense", "[[token]]\nname = 'a'", "[[token]]\nname='a'\nrole='view'\nsha256='1'")
+ODD = ("nonsense = 1", "token = 5", "[[token]]\nname = 'a'", "[[token]]\nname='a'\nrole='view'\nsha256='1'")
 
 
 @pytest.mark.parametrize("text", ODD)

@@ -77,7 +77,7 @@ def test_a_dbc_that_reaches_a_twentieth_of_rated_torque_is_remarked(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("nonsense", "not a TOML file"),
+        ("nonsense", "not valid TOML"),
         (DRIVE, "name is missing"),
         ('name = "b"\n' + DRIVE, "site is missing"),
         ('name = "b/c"\nsite = "s"\n' + DRIVE, "'b/c'"),
