@@ -41,6 +41,8 @@ REST = (
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
+WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
+# worth the risk of being wrong
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -90,25 +92,35 @@ class Conclusion:
         suspicious = not self.selection.steps and chosen.latent_force > CLEAN * chosen.dry_level
         return structures(chosen, self.evidence.held_out, suspicious=suspicious)
 
+    @property
+    def blind(self) -> bool:
+        """Whether free runs cannot judge the chosen effects: their state where a run starts is unknown (see rules)."""
+        return any(guise.stiff for guise in self.selection.chosen.problem.guises)
+
+    def pays(self) -> bool:
+        """Whether the chosen effects predict unseen data so much better that naming them is worth it."""
+        return self.blind or self._held_out(self.final) < WORTH * self._held_out(self.selection.baseline)
+
+    @cached_property
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
         if after > REST * baseline.dry_level and after > KEPT * before:
             return False
-        blind = any(guise.stiff for guise in chosen.problem.guises)  # see rules: free runs cannot judge those
-        if not blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
+        if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
 
     def written(self) -> Diagnosis:
         """The answer."""
-        named = self._effects() if self.selection.steps and self.stands() else ()
+        named = self._effects() if self.selection.steps and self.stands and self.pays() else ()
         if self.selection.steps and not named:
             baseline = self.selection.baseline
             found = structures(baseline, self.evidence.held_out, suspicious=True)
-            return self._answer(Verdict.UNEXPLAINED, baseline, (), found)
+            verdict = Verdict.UNEXPLAINED if found or not self.stands else Verdict.NO_MISMATCH
+            return self._answer(verdict, baseline, (), found)
         offset = self.constant
         if offset is not None:
             return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
