@@ -74,7 +74,7 @@ class Conclusion:
     def _finished(self, chosen: Fit) -> Fit:
         """`chosen` after a last polish."""
         self.progress(Doing(Stage.CONCLUSION, "last polish"))
-        return finished(chosen, self.setting.native_time or self.setting.sample_time)
+        return finished(chosen, self.evidence.held_out, self.setting.native_time or self.setting.sample_time)
 
     @cached_property
     def constant(self) -> Constant | None:

@@ -2,8 +2,8 @@
 
 The search marches springs, gaps and bristles in steps too long for them; one-step errors forgive most of that, the
 answer does not. And the likeliest observer explains the noise of the torque and of the clock as force; so strong a one
-forgives parameters that one-second free runs do not. A weaker one, where those runs fall clearly on the fitted data, is
-nearer the truth.
+forgives parameters that one-second free runs do not. A weaker one is nearer the truth where those runs fall clearly on
+the fitted data, are no worse on unseen data, and no effect comes to nothing.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from identify.mismatch.clock import clock
 from identify.mismatch.compare import Fit, free_run_ratio
 from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.rules import at_edge
 from identify.mismatch.score import extend
 from identify.observer import gain_table
 from identify.polish import polish_all
+from identify.preprocess import Samples
 from identify.search import CLASSICAL, ROUGH, SearchResult, losses_by_gain
 
 Floats = NDArray[np.float64]
@@ -31,11 +33,12 @@ APART = 10.0  # of the loss: by so much likelier clocks apart must be than clock
 ITERATIONS = 15
 
 
-def finished(fitted: Fit, period: float) -> Fit:
+def finished(fitted: Fit, unseen: Samples, period: float) -> Fit:
     """`fitted`, in the steps it needs, and under a weaker observer where that predicts a second ahead better.
 
     Args:
         fitted: where the search of the model ended.
+        unseen: data that nothing was fitted to.
         period: of the recording before averaging, whose clocks may be apart. [s]
     """
     stiff = any(guise.stiff for guise in fitted.problem.guises)
@@ -68,9 +71,15 @@ def finished(fitted: Fit, period: float) -> Fit:
         )
         candidate = Fit(problem, found)
         ratio = free_run_ratio(fitted, candidate)
-        if ratio < least:
+        if ratio < least and not _lost(fitted, candidate) and free_run_ratio(fitted, candidate, unseen) <= 1.0:
             best, least = candidate, ratio
     return best
+
+
+def _lost(before: Fit, after: Fit) -> bool:
+    """Whether an effect ended on a bound on which it was not."""
+    named = [guise for guise in after.problem.guises if guise.name != "clock"]
+    return any(at_edge(after, guise) and not at_edge(before, guise) for guise in named)
 
 
 def _in_fine_steps(coarse: Fit) -> Fit:

@@ -151,7 +151,7 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
     row["named"] = len(ours.problem.guises) == len(truth)
     if row["named"]:
         clock = time.process_time()
-        final = finished(ours, setting.native_time or setting.sample_time)
+        final = finished(ours, evidence.held_out, setting.native_time or setting.sample_time)
         row["cpu"].append(time.process_time() - clock)
         row["covered"], row["final_held"] = covered(final, evidence, truth), held_out(final, evidence)
         row["final_setting"] = list(final.found.setting)
