@@ -158,7 +158,11 @@ def clock_shift(steps: list[Step]) -> Step | None:
 
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:
-    """Rivals that these data cannot tell from the winner."""
+    """Rivals that these data cannot tell from the winner.
+
+    One that is nearly as likely is among them; one that only explains nearly as much, or as evenly, is not where it
+    predicts unseen data worse than no effect at all and the winner does not.
+    """
     best = cost(winner.fit)
     terms = winner.fit.terms()
     found = []
@@ -168,6 +172,8 @@ def tied(winner: Step, rivals: list[Step]) -> list[Step]:
         distance = cost(rival.fit) - best
         apart = block_z(terms - rival.fit.terms())
         share = rival.evidence.bic / min(winner.evidence.bic, -1e-9)
-        if distance < max(TIED_BIC, -KNOWN * winner.evidence.bic) or (apart < TIED_Z and share > TIED_SHARE):
+        similar = distance < -KNOWN * winner.evidence.bic or (apart < TIED_Z and share > TIED_SHARE)
+        spoils = rival.evidence.unseen > HELD_OUT >= winner.evidence.unseen
+        if distance < TIED_BIC or (similar and not spoils):
             found.append(rival)
     return found
