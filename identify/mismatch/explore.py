@@ -13,7 +13,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import acting_force, effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rules import BIC, Step, price, refusal
-from identify.mismatch.score import Lead, extend, leads
+from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
 from identify.polish import polish_all
@@ -27,7 +27,6 @@ REFITS = 5  # names per observer gain that get a full fit, however many ways eac
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
-STARTS = 3  # of one effect
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
@@ -81,7 +80,9 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
             if lead.gain < FAINT * ranked[0].gain:
                 break
             for guise in _ways(lead.guise, guises):
-                _note(found.setdefault((guise.name, guise.fixed), Candidate(guise, [], [])), lead, gain)
+                candidate = found.setdefault((guise.name, guise.fixed), Candidate(guise, [], []))
+                candidate.starts.append(lead.start)
+                candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
     return list(found.values())
 
 
@@ -90,13 +91,6 @@ def _ways(guise: Guise, guises: list[Guise]) -> list[Guise]:
     if guise.name not in WAYS:
         return [guise]
     return [other for other in guises if other.name == guise.name]
-
-
-def _note(candidate: Candidate, lead: Lead, gain: Floats) -> None:
-    """Remember one more start, unless it is like one already known."""
-    if len(candidate.starts) < STARTS and all(np.abs(lead.start - other).max() > 0.1 for other in candidate.starts):
-        candidate.starts.append(lead.start)
-        candidate.gains.append(gain)
 
 
 def _outlooks(current: Fit) -> list[Floats]:

@@ -16,6 +16,9 @@ SLOW_LOOP = {"actuator_lag": "time_constant", "dead_time": "delay"}
 TWO_MASS = ("backlash", "transmission_compliance")
 
 
+SLOWEST = 1e-3  # m/s
+
+
 @dataclass(frozen=True)
 class Facts:
     """What a machine does in a nominal run, to size effects by: travel [m], speed [m/s], force [N], duration [s]."""
@@ -32,6 +35,7 @@ class Facts:
         """Facts of a run by `machine.run`."""
         y, force = truth["position"], truth["force_command"]
         fast = float(np.quantile(np.abs(truth["velocity"]), 0.95))
+        fast = max(fast, SLOWEST)  # of a machine that stands still
         return cls(float(y.min()), float(y.max()), fast, float(np.abs(force).max()), float(np.ptp(force)) / 2,
                    float(truth["t"][-1]))  # fmt: skip
 
