@@ -14,8 +14,6 @@ OPEN_KINDS = ("sine", "multisine", "square", "two_squares", "saw", "staircase")
 CLOSED_KINDS = ("loop_trapezoid", "loop_scurve", "loop_sine", "loop_cycle", "loop_relay")
 SLOW_LOOP = {"actuator_lag": "time_constant", "dead_time": "delay"}
 TWO_MASS = ("backlash", "transmission_compliance")
-
-
 SLOWEST = 1e-3  # m/s
 
 
