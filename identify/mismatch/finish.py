@@ -71,12 +71,12 @@ def finished(fitted: Fit, unseen: Samples, period: float) -> Fit:
         )
         candidate = Fit(problem, found)
         ratio = free_run_ratio(fitted, candidate)
-        if ratio < least and not _lost(fitted, candidate) and free_run_ratio(fitted, candidate, unseen) <= 1.0:
+        if ratio < least and not lost(fitted, candidate) and free_run_ratio(fitted, candidate, unseen) <= 1.0:
             best, least = candidate, ratio
     return best
 
 
-def _lost(before: Fit, after: Fit) -> bool:
+def lost(before: Fit, after: Fit) -> bool:
     """Whether an effect ended on a bound on which it was not."""
     named = [guise for guise in after.problem.guises if guise.name != "clock"]
     return any(at_edge(after, guise) and not at_edge(before, guise) for guise in named)
