@@ -153,11 +153,12 @@ def in_words(one: Experiment) -> str:
     apart = [(_said(names), value) for names, value in one.told if value >= NEEDED]
     together = [(_said(names), value) for names, value in one.told if value < NEEDED]
     text = f"{one.motion.words}; record it along with these"
-    scale = f"(expected evidence; {NEEDED:.0f} tell two names apart nine times of ten)"
     if apart:
-        said = ", from ".join(f"{name} {value:.0f}" for name, value in apart)
-        rest = f"; not from {', not from '.join(f'{name} {value:.0f}' for name, value in together)}" if together else ""
-        return f"{text}. It should tell {first} from {said}{rest} {scale}"
+        said = ", from ".join(f"{name} (expected evidence {value:.0f})" for name, value in apart)
+        rest = (
+            "; not from " + ", not from ".join(f"{name} ({value:.0f})" for name, value in together) if together else ""
+        )
+        return f"{text}. It should tell {first} from {said}{rest}; {NEEDED:.0f} tell two names apart nine times of ten"
     name, value = max(together, key=lambda pair: pair[1])
     seconds = one.motion.seconds * NEEDED / max(value, 1e-9)
     promise = f"expected evidence for {first} against {name} {value:.0f} of the {NEEDED:.0f} that tell them apart"
