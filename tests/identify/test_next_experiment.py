@@ -92,7 +92,7 @@ def test_an_experiment_that_does_not_suffice_says_so():
     assert settling([hopeless, weak]) is weak
     assert settling([]) is None
     partly = Experiment(motion, ("actuator_lag",), ((("dead_time",), 200.0), (("backlash",), 1.0)))
-    assert "from dead time 200; not from backlash 1 (expected evidence; 90" in in_words(partly)
+    assert "from dead time (expected evidence 200); not from backlash (1); 90" in in_words(partly)
     assert settling([weak, partly, hopeless]) is partly
 
 
