@@ -82,7 +82,8 @@ class Conclusion:
         chosen = self.selection.chosen
         lacking = unexplained(chosen.problem, chosen.x, self.evidence.train)
         rest = 0.0 if lacking is None else float(np.sqrt(np.mean(lacking.lacking**2)))
-        return constant_force(chosen, self.ways, self.spread, rest)
+        so_far = price(self.selection.baseline) - price(chosen)
+        return constant_force(chosen, self.ways, self.spread, rest, so_far)
 
     @cached_property
     def left(self) -> list[Structure]:

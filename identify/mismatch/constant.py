@@ -10,7 +10,7 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import OFFSET_PRIOR, SAME, TIED_BIC, price
+from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, price
 from identify.mismatch.score import extend
 from identify.uncertainty import Uncertainty
 
@@ -33,7 +33,7 @@ class Constant:
     names: tuple[str, ...]
 
 
-def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: float) -> Constant | None:
+def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: float, so_far: float) -> Constant | None:
     """The constant force of `fitted` as an effect, where it is beyond what the axis file allows.
 
     Args:
@@ -41,6 +41,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
         ways: all guises.
         spread: of its unknowns.
         rest: force that nothing explains, rms. [N]
+        so_far: evidence for what is named already, whose shapes are known only so well. [1]
     """
     value = _known(fitted, spread)
     taken = {guise.name for guise in fitted.problem.guises}
@@ -50,7 +51,8 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     if not found:
         return None
     least = min(price(reading) for reading in found.values())
-    names = tuple(name for name in READINGS if name in found and price(found[name]) < least + TIED_BIC)
+    close = least + max(TIED_BIC, LESSER * so_far)
+    names = tuple(name for name in READINGS if name in found and price(found[name]) < close)
     best = found[names[0]]
     guise = next(guise for guise in best.problem.guises if guise.name == names[0])
     share = value**2 / (value**2 + rest**2)

@@ -15,6 +15,7 @@ from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
+KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
@@ -98,12 +99,13 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         if shift is not None:
             selection.chosen, selection.shift = shift.fit, True
             continue
+        so_far = price(selection.baseline) - price(current)
+        steps = [_of_its_own(step, taken, so_far) for step in steps]
         best = best_of(steps)
         if best is None and looks <= MOST_LOOKS and price(before) - price(current) > TIED_BIC:
             continue  # what is left looks different from a fit so much better
         selection.rivals.append(steps)
         selection.opening = selection.opening or steps
-        so_far = price(selection.baseline) - price(current)
         if best is None or -best.evidence.bic < LESSER * so_far:
             break
         selection.steps.append(best)
@@ -111,6 +113,14 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
     if len(selection.steps) > 1:
         _reconsider(selection, guises, unseen, progress)
     return selection
+
+
+def _of_its_own(step: Step, taken: set[str], so_far: float) -> Step:
+    """The step, refused where it only mends the shape of an effect that is `taken` already."""
+    kin = taken & TWINS.get(step.guise.name, frozenset())
+    if step.refused is not None or not kin or -step.evidence.bic >= KIN * so_far:
+        return step
+    return replace(step, refused=f"it may stand in for how {min(kin)} differs from the catalogue's")
 
 
 def _improve(selection: Selection, current: Fit) -> None:
