@@ -16,8 +16,11 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 
 from monitor.config_page import PageSection
 from monitor.errors import ConfigError
+from monitor.sharing import token_of
 from plant.axis import AXIS_NAME, Axis
 from plant.checks import nearest
+from plant.errors import ParameterError
+from plant.keys import samples_pattern
 from plant.toml_files import read_toml
 
 CLOSED = ("tls/", "unixsock-stream/")  # endpoints that ask for a certificate or lie in a folder with permissions
@@ -173,14 +176,14 @@ class SecuritySection(_Section):
 class LogSection(_Section):
     """What is logged, on stderr."""
 
-    level: Literal["debug", "info", "warning", "error"] = "info"
-    format: Literal["console", "json"] = "console"
+    level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="the least that is said")
+    format: Literal["console", "json"] = Field(default="console", description="for people, or json for programs")
 
 
 class AxisSection(_Section):
     """One [[axis]]: the file that describes it."""
 
-    file: Path
+    file: Path = Field(description="the axis file, relative to this one")
 
 
 class Config(BaseSettings):
@@ -255,13 +258,24 @@ def read_config(path: Path) -> Config:
     identity = str(base / config.security.identity) if config.security.identity else ""
     security = config.security.model_copy(update={"identity": identity})
     files = ("token_file", "certificate", "private_key")
-    places = {name: str(base / path) for name in files if (path := getattr(config.page, name))}
+    places = {name: str(base / given) for name in files if (given := getattr(config.page, name))}
     page = config.page.model_copy(update=places)
     state_dir = base / config.state_dir
     config = config.model_copy(update={"state_dir": state_dir, "axis": axes, "security": security, "page": page})
-    if problem := link_problem(config.zenoh.listen, config.security):
+    if problem := name_problem(config) or link_problem(config.zenoh.listen, config.security):
         raise ConfigError(f"{path}: {problem}")
     return config
+
+
+def name_problem(config: Config) -> str | None:
+    """What is wrong with the names that stand in keys, in one line; None where nothing is."""
+    try:
+        samples_pattern(config.site, config.zenoh.prefix)
+        if config.sharing.member:
+            token_of(config.sharing.member)
+    except ParameterError as error:
+        return str(error)
+    return None
 
 
 def link_problem(listen: tuple[str, ...], security: SecuritySection) -> str | None:

@@ -14,6 +14,7 @@ from monitor.query_base import ReaderBase
 from monitor.query_rows import POINTS, SCHEMA_VERSION, between
 from monitor.times import iso
 
+LAST_ROW = 2**63 - 1  # a database numbers no further
 EVIDENCE = (EvidenceRow.id, EvidenceRow.transition_id, EvidenceRow.diagnosis_id, EvidenceRow.at_ns, EvidenceRow.kind)
 
 
@@ -113,7 +114,8 @@ class LifeReader(ReaderBase):
             UnknownError: there is none of this number.
         """
         with self._read() as db:
-            blob = db.scalar(select(EvidenceRow.blob).where(EvidenceRow.id == number))
+            known = 0 < number <= LAST_ROW
+            blob = db.scalar(select(EvidenceRow.blob).where(EvidenceRow.id == number)) if known else None
         if blob is None:
             raise UnknownError(f"there is no evidence number {number}; tribowatch alerts evidence lists what is kept")
         return bytes(blob)

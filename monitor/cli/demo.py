@@ -25,7 +25,7 @@ def demo_command(
     state_dir: Annotated[
         Path, typer.Option(help="Configuration, history and logs; an earlier demo's history moves to previous/.")
     ] = Path("var/demo"),
-    seed: Annotated[int, typer.Option(help="Seed of the machine's chance and of the searches.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the machine's chance and of the searches.")] = 1,
     can: Annotated[
         bool, typer.Option("--can", help="The machine is a CiA 402 drive on a (virtual) CAN bus; a bridge feeds Zenoh.")
     ] = False,
@@ -36,8 +36,6 @@ def demo_command(
         raise InputError(f"--speed is {speed:g}, but must be > 0 event seconds per second")
     if duration is not None and not duration > 0:
         raise InputError(f"--duration is {duration:g} s, but must be > 0 s")
-    if seed < 0:
-        raise InputError(f"--seed is {seed}, but must be 0 or more")
     from monitor.cli.demo_screen import Screen
     from monitor.demo_run import DemoSettings, run_demo
 

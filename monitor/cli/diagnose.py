@@ -22,7 +22,7 @@ def diagnose_command(
     recordings: Annotated[
         list[Path] | None, typer.Argument(metavar="[RECORDING]...", help="Default: all that the axis file lists.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the search; the same seed gives the same answer.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search; the same seed gives the same answer.")] = 0,
     report: Annotated[
         Path | None,
         typer.Option(help="Write the finding with its evidence as one HTML page.", show_default=False),

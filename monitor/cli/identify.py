@@ -31,7 +31,7 @@ def identify_command(
     criterion: Annotated[
         str, typer.Option(help="What ga+polish minimises: observer, or output_error (eq. (4) of the paper, free run).")
     ] = "observer",
-    seed: Annotated[int, typer.Option(help="Seed of the search; the same seed gives the same answer.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search; the same seed gives the same answer.")] = 0,
     report: Annotated[
         Path | None, typer.Option(help="Write the answer with its figures as one HTML page.", show_default=False)
     ] = None,

@@ -64,7 +64,7 @@ def simulate_command(
     start: Annotated[
         str | None, typer.Option(help="Move the scenario's start (ISO 8601, UTC unless it says).", show_default=False)
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Replaces the scenario's seed.", show_default=False)] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Replaces the scenario's seed.", show_default=False)] = None,
     write_axis: Annotated[
         Path | None, typer.Option(help="Also write the axis file of the scenario's machine.", show_default=False)
     ] = None,
@@ -122,8 +122,6 @@ def _load(name: str, seed: int | None, start: str | None) -> Scenario:
 
     machine = read_scenario(name)
     if seed is not None:
-        if seed < 0:
-            raise InputError(f"--seed is {seed}, but must be 0 or more")
         machine = dataclasses.replace(machine, seed=seed)
     if start is not None:
         try:

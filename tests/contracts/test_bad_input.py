@@ -107,6 +107,12 @@ def test_an_axis_that_stood_still_is_not_informative(recorded, tmp_path):
     assert json.loads(done.stdout)["verdict"] in ("not_informative", "bad_data")
 
 
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+def test_a_seed_that_is_none(recorded, command):
+    done = tribowatch(command, recorded / "recording.csv", "--axis", recorded / "axis.toml", "--seed", -1)
+    assert "--seed" in complaint(done, 2)
+
+
 @pytest.mark.parametrize("window", ["0-2000", "-5:100", "0:999999", "x:y"])
 def test_window_that_is_none(recorded, window):
     done = identify(recorded / "recording.csv", recorded, f"--window={window}")

@@ -65,6 +65,10 @@ def test_the_environment_wins(write, monkeypatch):
         ('site = "p"\n[window]\nhop = "many"', "window.hop = 'many'"),
         ('site = "p"\n[alarms]\nfalse_alarms_per_axis_year = -1.0', "greater than 0"),
         ("site = ", "not valid TOML"),
+        ('site = "alive"', "site is 'alive', but must be"),
+        ('site = "p"\n[zenoh]\nprefix = "a//b"', "key prefix is ''"),
+        ('site = "p"\n[zenoh]\nprefix = "a/*"', r"key prefix is '\*'"),
+        ('site = "p"\n[sharing]\nmember = "a b"', "sharing.member is 'a b'"),
     ],
 )
 def test_a_mistake_is_one_line_that_names_file_and_key(write, text, said):

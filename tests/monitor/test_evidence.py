@@ -115,6 +115,12 @@ def damaged(blob, **changes):
     return body.getvalue()
 
 
+@pytest.mark.parametrize("number", ["0", "999", str(10**25)])
+def test_a_number_under_which_nothing_is_kept(jammed, number, capsys):
+    assert run_command(["alerts", "evidence", number, "--state-dir", str(jammed[0])]) == 2
+    assert f"there is no evidence number {number}" in capsys.readouterr().err
+
+
 def test_what_is_no_evidence_is_said_so(jammed, tmp_path, capsys):
     blob = evidence_of(jammed)[1]
     for wrong, said in (

@@ -118,7 +118,10 @@ def test_a_published_scenario_arrives_and_is_acknowledged(endpoint, receiver, ca
         (["--scenario", "nowhere", "--out", "r.csv"], "nowhere: no such scenario file; those that come with"),
         (["--scenario", "wear", "--out", "r.csv", "--at", "3"], "--at is '3', but must be a number with its unit"),
         (["--scenario", "wear", "--out", "r.csv", "--at", "999d"], "no burst begins within --duration"),
-        (["--scenario", "wear", "--out", "r.csv", "--seed", "-1"], "--seed is -1, but must be 0 or more"),
+        (
+            ["--scenario", "wear", "--out", "r.csv", "--seed", "-1"],
+            "'--seed': Input should be greater than or equal to 0",
+        ),
         (["--scenario", "wear", "--out", "r.csv", "--start", "noon"], "--start is 'noon', but must be a time"),
         (["--scenario", "wear", "--publish", "--speed", "0"], "--speed is 0, but must be > 0 event seconds"),
         (["--scenario", "wear", "--publish", "--bursts-per-second", "0"], "bursts per second is 0 1/s"),
