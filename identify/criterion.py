@@ -18,7 +18,7 @@ from identify.problem import FrictionProblem
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-RUN_LENGTH = 1.0  # s, design.md
+RUN_LENGTH = 1.0  # s: tells models apart and does not drown in drift (docs/identification.md)
 REACHES = np.array([2, 3, 5, 8, 12, 18, 27])  # samples to each side of a smoothed state, see `parabolas`
 FREE = np.zeros(4)
 

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 LONGEST_SUBSTEP = 0.005  # s: 40 um over a free run of 20 s, far less in one-second runs; good enough to search
 FINEST_SUBSTEP = 0.001  # s: 1 um over a free run of 20 s; the last polish and the intervals use it
-OFFSET_PRIOR = 0.01  # of rated force, where mass and gravity are known (design.md, baseline model)
+OFFSET_PRIOR = 0.01  # of rated force, where mass and gravity are known (docs/identification.md)
 DIFFERENCE = 1e-5  # of a scaled unknown: sqrt of the rounding of a one-step error
 
 

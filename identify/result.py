@@ -144,7 +144,7 @@ class IdentificationResult:
         return self.curve.at(speeds)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON of the contract (design.md)."""
+        """JSON of the contract (docs/json.md)."""
         return {
             "schema_version": SCHEMA_VERSION,
             "verdict": self.verdict.value,

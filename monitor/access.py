@@ -1,6 +1,6 @@
 """Who may do what on the daemon's links, as Zenoh's access control: made from roles, never written by hand. Pure.
 
-Zenoh accepts policies that name unknown rules or subjects and then silently denies everything (ecosystem-facts §1.9);
+Zenoh accepts policies that name unknown rules or subjects and then silently denies everything;
 rules made from roles cannot dangle. Everything that no role allows is dropped, both ways.
 
 - A *publisher* puts the samples of its axes, answers for what was missed, and reads their status.

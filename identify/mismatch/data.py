@@ -38,7 +38,7 @@ class Evidence:
 
 
 def gather(recordings: Sequence[Recording], axis: Axis) -> Evidence:
-    """Split usable recordings into what is fitted and what judges (design.md)."""
+    """Split usable recordings into what is fitted and what judges (docs/json.md)."""
     ready = [prepare(recording, axis) for recording in recordings]
     slowest = max(samples.sample_time for samples in ready)
     if any(samples.sample_time < 0.7 * slowest for samples in ready):

@@ -131,7 +131,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What the recordings tell about the model; see design.md for the meaning of each entry.
+    """What the recordings tell about the model; docs/json.md says what each entry means.
 
     `pictures` are the arrays a report draws; they are not part of the JSON.
     """

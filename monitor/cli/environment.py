@@ -26,7 +26,7 @@ def cache_dir() -> Path:
 def prepare_environment() -> None:
     """Name the folder of the compiled kernels before numba is imported; children inherit it.
 
-    Without it numba refuses to import where the code is read-only and there is no home (ecosystem-facts §8).
+    Without it numba refuses to import where the code is read-only and there is no home.
     """
     os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_dir() / "numba"))
 

@@ -230,6 +230,19 @@ def test_every_key_command_and_refusal_is_documented():
         assert f"`{reason}`" in stream
 
 
+def test_every_field_of_the_answers_is_documented():
+    from identify.mismatch.result import Diagnosis, Location, Quantity
+    from identify.mismatch.result import Verdict as Found
+    from identify.result import IdentificationResult, Verdict
+
+    nothing = IdentificationResult(Verdict.BAD_DATA, "", "a", {}, None, None, "", 0, 0, 0, 0.0, 0.0).to_dict()
+    found = Diagnosis(Found.UNEXPLAINED, "a", "").to_dict()
+    parts = Location("time", (0.0, 1.0), 0.5, 0.01).to_dict() | Quantity(1.0, "N").to_dict()
+    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+    silent = [name for name in (*nothing, *found, *parts, *Found, *Verdict) if f"`{name}`" not in page]
+    assert not silent
+
+
 def test_links_between_pages_lead_somewhere():
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):

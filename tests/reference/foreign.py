@@ -7,7 +7,7 @@ by `ReferencePlant.foreign`; `OUTSIDE` lists all of it with the coordinate it de
 import numpy as np
 from scipy.signal import lfilter
 
-# name -> coordinates (design.md) a sound diagnosis may give, the first being the physical one
+# name -> coordinates (docs/json.md) a sound diagnosis may give, the first being the physical one
 OUTSIDE = {
     "outer_sine": ("frequency", "time"),
     "outer_pulse": ("time",),
