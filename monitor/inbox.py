@@ -18,7 +18,8 @@ PATIENCE = 3.0  # s that one put waits for room; below Zenoh's leases (5 s), and
 class Message:
     """A payload as it arrived: key, encoding, bytes, and when, on the monotonic clock. [s]
 
-    `fetched`: we asked a cache for all it holds. `complete` marks the end of that; there is no payload then.
+    `fetched`: we asked a cache for all it holds. `complete` marks the end of that; there is no payload then, and always
+    room, for who waits for it would wait for ever.
     """
 
     key: str
@@ -55,6 +56,8 @@ class Inbox:
         self._event.set()
 
     def _fits(self, message: Message) -> bool:
+        if message.complete:
+            return True
         return len(self._messages) < self._capacity and len(message.payload) <= self._room
 
     def wake(self) -> None:

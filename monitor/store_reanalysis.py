@@ -106,7 +106,10 @@ class Target:
 
 
 def _same_order(note: Path, told: dict[str, str]) -> None:
-    before = json.loads(note.read_text(encoding="utf-8"))
+    try:
+        before = dict(json.loads(note.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise QueryError(f"{note}: no note of a re-analysis ({error}); choose another folder") from None
     for name, value in told.items():
         if before.get(name) != value:
             raise QueryError(

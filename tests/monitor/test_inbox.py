@@ -55,3 +55,14 @@ def test_a_consumer_that_hangs_delays_the_flood_once():
         inbox.put(message())
     assert time.monotonic() - begun < 100 * PATIENCE  # not a thousand times
     assert inbox.take(10, 0.0)[1] == {"a": 999}
+
+
+def test_the_end_of_a_fetch_always_has_room_and_waits_for_none():
+    inbox = Inbox(1)
+    inbox.put(message())
+    begun = time.monotonic()
+    inbox.put(Message("a", "", b"", 0.0, complete=True))
+    assert time.monotonic() - begun < PATIENCE
+    taken, dropped = inbox.take(10, 0.0)
+    assert [one.complete for one in taken] == [False, True]
+    assert dropped == {}

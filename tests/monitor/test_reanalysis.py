@@ -8,6 +8,7 @@ import pytest
 
 from monitor.cli import app  # noqa: F401  registers the commands
 from monitor.cli.app import run_command
+from monitor.errors import QueryError
 from monitor.query_raw import RawReader
 from monitor.reanalysis import figures, reanalyse
 from monitor.reanalysis_compare import Likeness, likeness
@@ -166,3 +167,10 @@ def test_the_command_says_what_came_out_and_refuses_what_would_mix_histories(kep
         assert said in said_all.err
         assert len(said_all.err.strip().splitlines()) == 1
         assert said_all.out == ""
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "no JSON"])
+def test_a_folder_with_a_note_that_is_none_is_refused(tmp_path, text):
+    (tmp_path / "reanalysis.json").write_text(text)
+    with pytest.raises(QueryError, match="choose another folder"):
+        Target(tmp_path, Order("sqlite:///x"))
