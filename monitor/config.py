@@ -171,6 +171,10 @@ class SecuritySection(_Section):
     viewers: tuple[str, ...] = Field(default=(), description="common names that may read answers, alerts and history")
     operators: tuple[str, ...] = Field(default=(), description="common names that may also acknowledge and shelve")
     recorders: tuple[str, ...] = Field(default=(), description="common names that may get raw samples, to record them")
+    log_refused: bool = Field(
+        default=True,
+        description="log links and messages that are refused; false spares some 5 us per block",
+    )
 
 
 class LogSection(_Section):

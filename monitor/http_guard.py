@@ -11,6 +11,7 @@ import time
 from collections import Counter
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
+from typing import Any
 from urllib.parse import quote
 
 import structlog
@@ -30,6 +31,7 @@ BURST = 120  # requests one address may make at once: a page with its parts, a f
 FAILURES_PER_MINUTE = 10.0  # wrong tokens of one address; then it waits, whatever it shows
 MOST_BODY = 65_536  # bytes of a request; a command has a few hundred
 BODY_SECONDS = 10.0  # s a request may take to arrive
+REFUSED = (401, 403, 408, 413, 421, 429)  # statuses that are logged
 CACHED = "public, max-age=31536000, immutable"
 
 # plotly sets style attributes, but needs neither eval nor style elements (see page/charts.js); nothing comes from afar
@@ -105,9 +107,8 @@ class Guard:
         if self._secure:
             headers.setdefault("strict-transport-security", "max-age=31536000")
         self._answered[f"{message['status'] // 100}xx"] += 1
-        if message["status"] in (401, 403, 413, 421, 429):
-            client = scope["client"][0] if scope.get("client") else "unknown"
-            log.warning("page: refused", client=client, path=scope["path"][:200], status=message["status"])
+        if message["status"] in REFUSED or climbs(scope["path"]):
+            tell_refused(scope["client"], scope["path"], message["status"])
 
     def _refuse(self, scope: Scope) -> Response | None:
         """What is wrong with this request, None = nothing."""
@@ -157,6 +158,16 @@ class Guard:
         return say(
             401, "a token is needed: Authorization: Bearer ...", {"www-authenticate": 'Bearer realm="tribowatch"'}
         )
+
+
+def tell_refused(client: Any, path: str, status: int) -> None:
+    """Log who was refused what; `client` is (address, port), where it is known."""
+    log.warning("page: refused", client=client[0] if client else "unknown", path=path[:200], status=status)
+
+
+def climbs(path: str) -> bool:
+    """Whether a (decoded) path tries to leave its folder; nothing of ours is found by such a path."""
+    return ".." in path.replace("\\", "/").split("/")
 
 
 def say(status: int, error: str, headers: dict[str, str] | None = None) -> JSONResponse:

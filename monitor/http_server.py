@@ -22,6 +22,7 @@ from monitor.errors import ConfigError
 from monitor.http_address import Address, address_of, bind
 from monitor.http_app import Page
 from monitor.http_events import Hub
+from monitor.http_guard import tell_refused
 from monitor.http_readers import Readers
 from monitor.token_files import TokenFile
 
@@ -131,11 +132,11 @@ class _Patient(H11Protocol):
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
-        self._impatience = self.loop.call_later(HEAD_SECONDS, self.transport.close)
+        self._impatience = self.loop.call_later(HEAD_SECONDS, self._hang_up)
 
     def data_received(self, data: bytes) -> None:
         if self._impatience is None and not self._answering:
-            self._impatience = self.loop.call_later(HEAD_SECONDS, self.transport.close)
+            self._impatience = self.loop.call_later(HEAD_SECONDS, self._hang_up)
         super().data_received(data)
         if self._answering:
             self._calm()
@@ -149,6 +150,12 @@ class _Patient(H11Protocol):
         """Whether a whole head has come and its answer is under way."""
         cycle: Any = self.cycle  # None before the first request, which its stub does not say
         return cycle is not None and not cycle.response_complete
+
+    def _hang_up(self) -> None:
+        """Nothing whole has come: a slow client, or one that only holds the line (not one that waits between two)."""
+        if self.conn.trailing_data[0]:
+            tell_refused(self.client, "(no whole request)", 408)
+        self.transport.close()
 
     def _calm(self) -> None:
         if self._impatience is not None:

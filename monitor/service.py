@@ -80,6 +80,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
     from monitor.pulse import Pulse
     from monitor.query_zenoh import HistoryServer
     from monitor.recovery_zenoh import Recovery
+    from monitor.refusals_zenoh import RefusalLog
     from monitor.sharing import Roster
     from monitor.sharing_zenoh import Attendance
     from monitor.store import Store
@@ -105,6 +106,8 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
         laboratory = Laboratory(config.diagnosis.timeout_seconds, inbox.wake, **elsewhere)
         stack.callback(laboratory.close)
         net = config.zenoh
+        if config.security.identity and config.security.log_refused:
+            stack.callback(RefusalLog().close)
         session = open_session(net.mode, net.listen, net.connect, **security_settings(config))
         stack.callback(session.close)
         publications = Publications(session, config.site, net.prefix)

@@ -22,6 +22,7 @@ from monitor.estimate import Estimate
 from monitor.identify_window import Job, crashed, identify_window
 
 log = structlog.get_logger()
+AGAIN, SELDOM = 1.0, 30.0  # s between attempts to start what does not start: at first, in the end
 
 
 def window_seed(seed: int, axis: str, epoch: int, first_seq: int) -> int:
@@ -102,24 +103,40 @@ class Workers:
         self._failed: list[tuple[Job, Estimate]] = []
         self.restarts = 0
         self._closed = False
-        self._pool, self._ready = self._begin()
+        self._pool: Executor | None = start_pool(workers)  # here, so that who starts us hears what is wrong
+        self._ready = self._begin()
 
-    def _begin(self) -> tuple[Executor, threading.Event]:
-        """A new pool, started by a thread of its own: starting takes seconds, and the caller has streams to serve."""
-        self._begun = time.monotonic()
-        pool, ready = self._start_pool(self._workers), threading.Event()
-        threading.Thread(target=self._warm, args=(pool, ready), name="warm-up", daemon=True).start()
-        return pool, ready
+    def _begin(self) -> threading.Event:
+        """Start the pool, by a thread of its own: that takes seconds, and the caller has streams to serve."""
+        self._begun, ready = time.monotonic(), threading.Event()
+        threading.Thread(target=self._warm, args=(ready,), name="warm-up", daemon=True).start()
+        return ready
 
-    def _warm(self, pool: Executor, ready: threading.Event) -> None:
-        try:
-            concurrent.futures.wait([pool.submit(_warm_up) for _ in range(self._workers)])
-        except (BrokenProcessPool, RuntimeError, OSError, EOFError) as error:  # killed while it started, or closed
-            if not self._closed:  # closed before they were up: nothing to tell
-                log.warning("worker processes did not start", error=str(error))
-            time.sleep(1.0)
+    def _warm(self, ready: threading.Event) -> None:
+        pause = AGAIN
+        while not self._closed and not self._up():
+            time.sleep(pause)
+            pause = min(2 * pause, SELDOM)
         ready.set()
         self._wake()
+
+    def _up(self) -> bool:
+        """Whether there is a pool; one that broke while it started is found when it is given work."""
+        try:
+            pool = self._pool = self._pool or self._start_pool(self._workers)
+            concurrent.futures.wait([pool.submit(_warm_up) for _ in range(self._workers)])
+        except (BrokenProcessPool, RuntimeError, EOFError) as error:  # killed while it started, or closed
+            self._complain(error)
+            time.sleep(AGAIN)
+        except OSError as error:  # no file handles left: what there is of it is of no use
+            self._complain(error)
+            self._kill()
+            self._pool = None
+        return self._pool is not None
+
+    def _complain(self, error: Exception) -> None:
+        if not self._closed:  # closed before they were up: nothing to tell
+            log.warning("worker processes did not start", error=str(error))
 
     @property
     def free(self) -> int:
@@ -148,9 +165,10 @@ class Workers:
     def _launch(self, attempt: _Attempt) -> None:
         attempt.tries += 1
         attempt.since = time.monotonic()
+        assert self._pool is not None
         try:
             future = self._pool.submit(identify_window, attempt.job)
-        except BrokenProcessPool:  # it broke between two looks; nobody is to blame for that
+        except (BrokenProcessPool, OSError):  # it broke between two looks; nobody is to blame for that
             attempt.tries -= 1
             self._suspects.append(attempt)
             self._restart()
@@ -197,7 +215,8 @@ class Workers:
         self.restarts += 1
         log.warning("worker processes restarted", times=self.restarts, suspects=len(self._suspects))
         self._kill()
-        self._pool, self._ready = self._begin()
+        self._pool = None
+        self._ready = self._begin()
 
     def _check_hung(self) -> None:
         now = time.monotonic()
@@ -205,6 +224,8 @@ class Workers:
             self._restart()
 
     def _kill(self) -> None:
+        if self._pool is None:
+            return
         processes = dict(getattr(self._pool, "_processes", None) or {})
         for process in processes.values():
             with contextlib.suppress(OSError, ValueError):

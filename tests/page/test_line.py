@@ -75,12 +75,14 @@ WHOLE = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 
 
 @pytest.mark.parametrize("said", [b"", b"GET /he", HALF], ids=["nothing", "half a line", "half a head"])
-def test_who_does_not_say_what_he_wants_is_hung_up_on(serve, monkeypatch, said):
+def test_who_does_not_say_what_he_wants_is_hung_up_on(serve, monkeypatch, capfd, said):
     monkeypatch.setattr(http_server, "HEAD_SECONDS", SOON)
     page = serve()
     with talk(page, said) as line:
         assert page.get("/healthz").status_code == 200  # others are answered meanwhile
         assert heard(line) == b""
+    told = "".join(capfd.readouterr())
+    assert ("page: refused" in told and "408" in told) == bool(said)  # browsers open lines and say nothing
 
 
 def test_a_good_first_request_buys_no_time_for_a_slow_second(serve, monkeypatch):
@@ -92,7 +94,7 @@ def test_a_good_first_request_buys_no_time_for_a_slow_second(serve, monkeypatch)
         heard(line)  # ends: we are hung up on
 
 
-def test_a_body_that_does_not_come_is_not_waited_for(serve, monkeypatch):
+def test_a_body_that_does_not_come_is_not_waited_for(serve, monkeypatch, capfd):
     monkeypatch.setattr(http_guard, "BODY_SECONDS", SOON)
     page = serve()
     head = b"POST /api/v1/axes/axis-1/commands/relearn HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n"
@@ -100,12 +102,13 @@ def test_a_body_that_does_not_come_is_not_waited_for(serve, monkeypatch):
         answer = heard(line)
     assert answer.startswith(b"HTTP/1.1 408")
     assert b"did not arrive within 0.3 s" in answer
+    assert "page: refused" in "".join(capfd.readouterr())
 
 
 def test_an_answer_that_takes_its_time_is_not_cut_off(serve, monkeypatch):
     """Who has said all that he wants may listen for as long as he likes."""
     monkeypatch.setattr(http_server, "HEAD_SECONDS", SOON)
-    page = serve()
+    page = serve(requests_per_minute=100_000)
     with page.client.stream("GET", "/api/v1/events") as events:
         lines = events.iter_lines()
         assert any("hello" in line for line in lines)

@@ -1,13 +1,22 @@
-"""Strangers stay out: a real daemon with certificates and roles, and everybody who should not get in, tried."""
+"""Strangers stay out: a real daemon with certificates, roles and tokens; everybody who should not get in, tried.
+
+Each is refused, and the daemon's log says so.
+"""
 
 import itertools
+import re
 import shutil
+import socket
 import subprocess
 import time
 
+import httpx
 import pytest
 
+from monitor.config_page import ADDRESS_FILE
 from monitor.queries import Reader
+from monitor.token_files import add_token
+from monitor.tokens import Role
 from plant import keys
 from plant.errors import ParameterError, ReachError
 from plant.publisher import SamplePublisher
@@ -36,7 +45,8 @@ def expire(folder, name):
     (here / "serial").write_text("99")
     (here / "ca.cnf").write_text(
         f"[ca]\ndefault_ca=d\n[d]\ndatabase={here}/index\nserial={here}/serial\nnew_certs_dir={here}\n"
-        "default_md=sha256\npolicy=p\n[p]\ncommonName=supplied\n"
+        "default_md=sha256\npolicy=p\nx509_extensions=e\n[p]\ncommonName=supplied\n"
+        "[e]\nbasicConstraints=critical,CA:false\nextendedKeyUsage=clientAuth\n"
     )
     sign = ["openssl", "ca", "-batch", "-config", here / "ca.cnf", "-cert", folder / "ca.pem"]
     sign += ["-keyfile", folder / "ca.key", "-startdate", "20200101000000Z", "-enddate", "20200201000000Z"]
@@ -53,7 +63,11 @@ def site(tmp_path_factory):
     authority(folder / "foreign", "gateway")
     roles = '[security]\nidentity = "pki/daemon"\nviewers = ["office"]\noperators = ["shift"]\nrecorders = ["logger"]\n'
     roles += 'publishers = { gateway = ["axis-1"] }\n'
-    with Plant(folder, settings=roles) as plant:
+    tokens = folder / "tokens.toml"
+    page = f'[page]\nlisten = "127.0.0.1:0"\ntoken_file = "{tokens}"\n'
+    may = {"operator": add_token(tokens, "olga", Role.OPERATE), "viewer": add_token(tokens, "vera", Role.VIEW)}
+    with Plant(folder, settings=roles + page) as plant:
+        plant.tokens = may
         plant.endpoint = plant.endpoint.replace("tcp/", "tls/")
         plant.config.write_text(plant.config.read_text().replace("tcp/", "tls/"))
         plant.start()
@@ -62,6 +76,15 @@ def site(tmp_path_factory):
 
 def session(site, who, authority="pki", timeout=20.0):
     return open_session("client", connect=[site.endpoint], identity=site.folder / authority / who, timeout=timeout)
+
+
+def logged(site, *words):
+    """The daemon's log comes to hold a line with all of `words`."""
+
+    def found():
+        return any(all(word in line for word in words) for line in site.log.splitlines())
+
+    wait_for(found, 20, f"a line of the log with {words}")
 
 
 def samples_of(site, axis="axis-1"):
@@ -127,6 +150,11 @@ def test_a_recorder_gets_raw_samples_and_a_bridge_tells_what_it_counts(site):
 def test_nobody_else_can_publish(site, who, axis):
     before = samples_of(site, axis)
     with session(site, who) as link:
+        link.put(keys.samples_key(SITE, axis), b"")  # at once: later Zenoh knows no taker here and keeps silent
+        if who == "stranger":
+            logged(site, "link without a role", "certificate=stranger")
+        else:
+            logged(site, "message refused", f"certificate={who}", f"/{axis}/samples", "what=put")
         send(site, link, axis, epoch=100)
     assert samples_of(site, axis) == before
 
@@ -140,6 +168,7 @@ def test_a_stranger_with_a_good_certificate_reads_nothing(site):
         assert not any(ear.heard.values())
         assert not list(link.get(keys.history_key(SITE, "axis-1", "parameters"), timeout=2.0))
         ear.close()
+    logged(site, "link without a role", "certificate=stranger", "client=127.0.0.1:")
 
 
 def command(site, who):
@@ -154,12 +183,32 @@ def command(site, who):
 def test_only_an_operator_commands(site, who):
     wait_for(lambda: command(site, "shift"), 30, "the operator's command is taken")
     assert command(site, who) is None
+    if who == "stranger":
+        logged(site, "link without a role", f"certificate={who}")
+    else:
+        logged(site, "message refused", f"certificate={who}", "axis-1/command", "what=query")
 
 
-@pytest.mark.parametrize(("who", "authority"), [("gateway", "foreign"), ("late", "pki")], ids=["foreign", "expired"])
-def test_a_bad_certificate_gets_no_link(site, who, authority):
+@pytest.mark.parametrize(
+    ("who", "authority", "why"),
+    [
+        ("gateway", "foreign", "invalid peer certificate: BadSignature"),
+        ("late", "pki", "certificate: certificate expired"),
+    ],
+    ids=["foreign", "expired"],
+)
+def test_a_bad_certificate_gets_no_link(site, who, authority, why):
     with pytest.raises(ReachError, match="certificates"):
         session(site, who, authority, timeout=2.0)
+    here = site.folder / authority / who
+    knock(site, "-cert", here / "certificate.pem", "-key", here / "key.pem")  # one that trusts whomever it meets
+    logged(site, "link refused", why)
+
+
+def knock(site, *words):
+    """A TLS client that does not look at the daemon's certificate."""
+    command = ["openssl", "s_client", "-connect", site.endpoint.removeprefix("tls/"), *words]
+    subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=20)
 
 
 def test_without_a_certificate_there_is_no_link(site, monkeypatch):
@@ -168,6 +217,9 @@ def test_without_a_certificate_there_is_no_link(site, monkeypatch):
         open_session("client", connect=[site.endpoint])
     with pytest.raises(ReachError):
         open_session("client", connect=[site.endpoint.replace("tls/", "tcp/")], timeout=1.0)
+    logged(site, "link refused", "corrupt message")
+    knock(site)
+    logged(site, "link refused", "peer sent no certificates")
 
 
 def test_a_key_that_others_can_read_is_refused(site):
@@ -175,3 +227,52 @@ def test_a_key_that_others_can_read_is_refused(site):
     (site.folder / "open" / "key.pem").chmod(0o644)
     with pytest.raises(ParameterError, match="chmod 600"):
         open_session("client", connect=[site.endpoint], identity=site.folder / "open")
+
+
+@pytest.mark.parametrize("size", [1_100_000, 6_000_000], ids=["beyond a payload", "beyond a message"])
+def test_what_is_too_large_is_not_taken_and_the_link_goes_on(site, size):
+    before = samples_of(site)
+    with session(site, "gateway") as link:
+        link.put(keys.samples_key(SITE, "axis-1"), bytes(size), encoding="application/cbor")
+        if size < 4 << 20:  # beyond that it is the link that drops it, without a word
+            logged(site, "payload refused", "axis=axis-1", "too_large")
+        send(site, link, epoch=200 + size)
+    wait_for(lambda: samples_of(site) == before + 2000, 30, "the samples after it")
+
+
+@pytest.fixture
+def door(site):
+    """A client of the page."""
+    address = (site.folder / "var" / ADDRESS_FILE).read_text().strip()
+    with httpx.Client(base_url=re.search(r"https?://[^\s\"]+", address)[0], timeout=30) as client:
+        yield client
+
+
+COMMAND = "/api/v1/axes/axis-1/commands/acknowledge"
+
+
+@pytest.mark.parametrize(
+    ("token", "path", "body", "status"),
+    [
+        (None, "/api/v1/fleet", None, 401),
+        ("tw_wrong", "/api/v1/status", None, 401),
+        (None, COMMAND, {"kind": "wear"}, 401),
+        ("viewer", COMMAND, {"kind": "wear"}, 403),
+        ("operator", "/api/v1/axes/axis-1/commands/event", {"text": "x" * 100_000}, 413),
+    ],
+    ids=["no token", "wrong token", "no token, command", "viewer acknowledges", "oversize request"],
+)
+def test_the_page_opens_to_nobody_without_the_right_token(site, door, token, path, body, status):
+    headers = {"authorization": f"Bearer {site.tokens.get(token, token)}"} if token else {}
+    answer = door.request("POST" if body else "GET", path, json=body, headers=headers)
+    assert answer.status_code == status
+    logged(site, "page: refused", f"path={path}", f"status={status}")
+
+
+@pytest.mark.parametrize("path", ["/static/../../../etc/passwd", "/static/%2e%2e/%2e%2e/tokens.toml", "/..%5c..%5cx"])
+def test_no_path_leads_out_of_the_page(site, door, path):
+    with socket.create_connection((door.base_url.host, door.base_url.port), timeout=30) as line:
+        head = f"GET {path} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {site.tokens['operator']}\r\n\r\n"
+        line.sendall(head.encode())  # by hand: a client would tidy the path up
+        assert line.recv(4096).startswith(b"HTTP/1.1 404")
+    logged(site, "page: refused", "..", "status=404")
