@@ -175,6 +175,7 @@ def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Ca
                 if ready is not None:  # not even begun: the person who starts us is there to read it
                     raise
                 pulse.endure(str(error))
+                store.renew()
                 stop.wait(OUTAGE_SECONDS)
 
 

@@ -32,6 +32,10 @@ class StoreBase:
         """Close every connection."""
         self._engine.dispose()
 
+    def renew(self) -> None:
+        """Forget every connection: one that SQLite opened while it could not write stays without leave to write."""
+        self._engine.dispose()
+
     def answer(self) -> None:
         """Return when the database answers.
 
