@@ -1,13 +1,17 @@
 """Kill daemon, worker processes, publisher and database server at random moments; then account for everything.
 
-`make kills ARGS="--kills 1000 --database postgresql"` (or `python -m tests.scenarios.kill9`) prints the account as
-JSON; exit code 1 where something is wrong. `--minutes` ends it early, with a full account of what was done by then.
+`make kills ARGS="--kills 1000 --plants 4"` (or `python -m tests.scenarios.kill9`) prints the account as JSON; exit code
+1 where something is wrong. Most of a kill is waiting: several plants side by side, each with daemon, publisher and
+database of its own, share the kills and the samples per second, and their accounts are added up. `--minutes` ends it
+early, with a full account of what was done by then.
 """
 
 import argparse
 import collections
+import concurrent.futures
 import contextlib
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -26,7 +30,7 @@ from plant.presets import paper_axis
 from tests.postgres import Server
 from tests.scenarios.harness import ROOT, SITE, Ear, Plant, burst, wait_for
 from tests.scenarios.kill9_account import WRONG, Database, account, promise
-from tests.scenarios.kill9_publisher import AXIS, BURSTS, read_ledger
+from tests.scenarios.kill9_publisher import AXIS, BURSTS, RATE, read_ledger
 
 SETTINGS = """
 [window]
@@ -49,8 +53,8 @@ PATIENCE = 180.0  # s, for a computer that does much else
 class Publisher:
     """The publisher's process; killed with what waits in it."""
 
-    def __init__(self, plant: Plant, cache_blocks: int) -> None:
-        self._plant, self._cache = plant, cache_blocks
+    def __init__(self, plant: Plant, cache_blocks: int, rate: float) -> None:
+        self._plant, self._words = plant, (str(cache_blocks), str(rate))
         self.process, self._before = None, 0
 
     def start(self):
@@ -58,7 +62,7 @@ class Publisher:
         command = [sys.executable, "-m", "tests.scenarios.kill9_publisher", self._plant.endpoint]
         with (self._plant.folder / "publisher.log").open("ab") as log:
             self.process = subprocess.Popen(
-                [*command, str(self._plant.folder), str(self._cache)], stdin=subprocess.PIPE, stderr=log, cwd=ROOT
+                [*command, str(self._plant.folder), *self._words], stdin=subprocess.PIPE, stderr=log, cwd=ROOT
             )
 
     def kill(self):
@@ -90,11 +94,15 @@ class Hunt:
         self.session, self.database = session, Database(plant.url)
         self.ear, self.promises, self.commands = Ear(session), [], 0
         self.killed = collections.Counter()
+        self._said = (0, -1)
 
     def acknowledged(self) -> tuple[int, int]:
         """(epoch, number) of the last sample that the daemon has acknowledged."""
-        said = [one["committed"] for one in list(self.ear.heard["status"]) if one["committed"]]
-        return max(((one["epoch"], one["seq"]) for one in said), default=(0, -1))
+        heard = self.ear.heard["status"]
+        while heard:
+            if one := heard.pop(0)["committed"]:
+                self._said = max(self._said, (one["epoch"], one["seq"]))
+        return self._said
 
     def strike(self, victim: str) -> None:
         """Wait for a random moment, mostly in the midst of work; kill; start again after a while."""
@@ -169,8 +177,11 @@ def _after_a_second(folder):
 
 
 def run(folder: Path, kills: int, seed: int, *, server: Server | None = None, victims=(), cache_blocks: int = 150,
-        minutes: float = 1e9) -> dict:  # fmt: skip
-    """Kill `kills` times, each of `victims` as often; the account. 150 blocks hold 15 s, longer outages leave gaps."""
+        minutes: float = 1e9, rate: float = RATE) -> dict:  # fmt: skip
+    """Kill `kills` times, each of `victims` as often; the account. 150 blocks hold 15 s, longer outages leave gaps.
+
+    The publisher sends `rate` samples per second.
+    """
     rng, begun = np.random.default_rng(seed), time.monotonic()
     victims = victims or (("daemon", "worker", "publisher") + (("server",) if server else ()))
     url = server.database() if server else ""
@@ -181,7 +192,7 @@ def run(folder: Path, kills: int, seed: int, *, server: Server | None = None, vi
     with Plant(folder, axes=(AXIS,), settings=settings) as plant, contextlib.ExitStack() as stack:
         plant.url = url or plant.url
         plant.start(PATIENCE)
-        publisher = Publisher(plant, cache_blocks)
+        publisher = Publisher(plant, cache_blocks, rate)
         publisher.start()
         stack.callback(publisher.kill)
         hunt = Hunt(plant, publisher, stack.enter_context(plant.session()), server, rng)
@@ -200,6 +211,31 @@ def run(folder: Path, kills: int, seed: int, *, server: Server | None = None, vi
         return report | {"seconds": round(time.monotonic() - begun), "stop_seconds": round(stop_seconds, 1)}
 
 
+def run_beside(chosen: argparse.Namespace, number: int) -> dict:
+    """The part of plant `number` in a run of several, in a scratch folder."""
+    kills = len(range(number, chosen.kills, chosen.plants))
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        server = stack.enter_context(contextlib.closing(Server())) if chosen.database == "postgresql" else None
+        return run(
+            folder, kills, 1000 * chosen.seed + number, server=server, cache_blocks=chosen.cache,
+            minutes=chosen.minutes, rate=RATE / chosen.plants,
+        )  # fmt: skip
+
+
+def add_up(reports: list[dict]) -> dict:
+    """One account of several: sums; of what is no number, of each plant; the longest time."""
+    total: dict = {"plants": len(reports)}
+    for name in dict.fromkeys(name for report in reports for name in report):
+        values = [report.get(name, 0) for report in reports]
+        worst = [value for value in values if value != "ok"]
+        if name == "integrity":
+            total[name] = "; ".join(worst) or "ok"
+        else:
+            total[name] = max(values) if name.endswith("seconds") else sum(values)
+    return total
+
+
 def is_good(report: dict) -> bool:
     return report["integrity"] == "ok" and not any(report[name] for name in WRONG)
 
@@ -207,17 +243,16 @@ def is_good(report: dict) -> bool:
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--kills", type=int, default=100)
+    options.add_argument("--plants", type=int, default=1, help="side by side")
     options.add_argument("--seed", type=int, default=0)
-    options.add_argument("--cache", type=int, default=400, help="blocks of 0.1 s that the publisher keeps")
+    options.add_argument("--cache", type=int, default=400, help="blocks of 100 samples that the publisher keeps")
     options.add_argument("--database", choices=("sqlite", "postgresql"), default="sqlite")
     options.add_argument("--minutes", type=float, default=1e9, help="end after that, however many kills it was")
     chosen = options.parse_args()
-    with contextlib.ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        server = stack.enter_context(contextlib.closing(Server())) if chosen.database == "postgresql" else None
-        report = run(
-            folder, chosen.kills, chosen.seed, server=server, cache_blocks=chosen.cache, minutes=chosen.minutes
-        )
+    spawn = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(chosen.plants, mp_context=spawn) as pool:
+        parts = [pool.submit(run_beside, chosen, number) for number in range(chosen.plants)]
+        report = add_up([part.result() for part in parts])
     sys.stdout.write(json.dumps(report, indent=1) + "\n")
     return 0 if is_good(report) else 1
 

@@ -1,7 +1,7 @@
 """The publisher that `kill9` kills: a process of its own that writes down what it is about to send before it sends it.
 
-`python -m tests.scenarios.kill9_publisher ENDPOINT FOLDER CACHE_BLOCKS`; any line on stdin ends the sending, the end of
-stdin ends the process.
+`python -m tests.scenarios.kill9_publisher ENDPOINT FOLDER CACHE_BLOCKS RATE`; any line on stdin ends the sending, the
+end of stdin ends the process.
 """
 
 import os
@@ -17,7 +17,7 @@ from plant.zenoh_session import open_session
 from tests.scenarios.harness import SITE, START_NS, blocks_of
 
 AXIS = "axis-1"
-RATE = 1000.0  # samples per second
+RATE = 1000.0  # samples per second, of all plants together
 DAY_NS = 86_400 * 10**9
 HEALTHY_DAYS = 20  # bursts before the friction rises
 BURSTS, LEDGER = "bursts.npz", "ledger.txt"
@@ -33,7 +33,7 @@ def read_ledger(folder: Path) -> dict[int, tuple[int, int]]:
 
 
 def main() -> None:
-    endpoint, folder, cache_blocks = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
+    endpoint, folder, cache_blocks, rate = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4])
     stop, left = threading.Event(), threading.Event()
     threading.Thread(target=_obey, args=(stop, left), daemon=True).start()
     bursts = np.load(folder / BURSTS)
@@ -51,7 +51,7 @@ def main() -> None:
             for block in blocks_of(AXIS, publisher.epoch, publisher.next_seq, start, torque, position):
                 os.write(ledger, f"{publisher.epoch} {block.seq + len(block)} {day}\n".encode())
                 publisher.put(block)
-                stop.wait(max(0.0, begun + publisher.next_seq / RATE - time.monotonic()))
+                stop.wait(max(0.0, begun + publisher.next_seq / rate - time.monotonic()))
             day += 1
         left.wait()  # what was missed is recovered from the cache
 
