@@ -28,7 +28,6 @@ from monitor.moments import FINEST, LOG_FINEST, PER_KELVIN, PER_LOAD, Fitted, Mo
 from plant.recording import Floats
 
 LEVEL_WINDOWS = 4  # times the windows of the first baseline: so many more refine the level, then it stands
-LOOSE = 4.0  # times the usual variance of identification: such windows refine nothing
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,16 @@ class Loop:
         self._alarms, self._publish, self._laboratory = alarms, publish, laboratory
         for run in fleet:  # the daemon may have ended between a promotion and what it calls for
             run.remodel = run.axis is not None and not knows_its_model(run)
+            self._recall(run)
+
+    def _recall(self, run: AxisRun) -> None:
+        """Go on with the finding of before a restart where its alarm stands."""
+        known = run.alarms.get(Kind.MODEL_MISMATCH.value)
+        if run.axis is not None and known is not None and known.alarm.active:
+            diagnosis = self._store.latest_diagnosis(run.record.id)
+            if diagnosis is not None:
+                rows = self._store.windows_of(run.record.id, [WindowId(*one) for one in diagnosis.windows])
+                run.mismatch.restore(diagnosis, [window for _, window in rows])
 
     def consider(self, run: AxisRun, estimate: Estimate, findings: list[Finding]) -> list[Finding]:
         """`findings` of an answer, with what a diagnosis has to say; asks for one where it is due."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,7 +35,7 @@ class MismatchWatch:
         windows: the latest informative ones, oldest first.
         since: windows for which the condition has held.
         waited: windows since the latest diagnosis.
-        force: unexplained force at the latest diagnosis. [N or N·m]
+        force: unexplained force at the latest diagnosis; nan after a restart, until the next window tells. [N or N·m]
         asked: the first diagnosis is on its way, or was made.
         nameless: diagnoses one after the other that found no name, or came to nothing.
         absent: windows for which the condition has been gone.
@@ -50,9 +52,15 @@ class MismatchWatch:
     latest: DiagnosisRecord | None = None
 
     def take(self, diagnosis: DiagnosisRecord) -> None:
-        """A diagnosis was made, now or before a restart."""
+        """A diagnosis was made."""
         self.latest, self.asked = diagnosis, True
         self.nameless = 0 if promotable(diagnosis.result) else self.nameless + 1
+
+    def restore(self, diagnosis: DiagnosisRecord, windows: Iterable[Window]) -> None:
+        """A diagnosis of `windows` was made before a restart, and what it found still stands."""
+        self.take(diagnosis)
+        self.windows.extend(windows)
+        self.force = math.nan
 
     def fail(self) -> None:
         """A diagnosis crashed or took too long."""
@@ -76,6 +84,8 @@ class MismatchWatch:
         self.since = self.since + 1 if holds else 0
         self.absent = 0 if holds else self.absent + 1
         self.waited += 1
+        if math.isnan(self.force):
+            self.force = force
         if self.absent == GONE:
             self.forget()
         if self.since < SETTLED or len(self.windows) < SETTLED:

@@ -22,8 +22,13 @@ SICK = 2 * 110
 class Story:
     """Bursts of the scenario in any order, one a day."""
 
-    def __init__(self, bench):
-        self.bench, self.day = bench, 0
+    def __init__(self, start):
+        self.start, self.bench, self.day = start, start(), 0
+
+    def restart(self):
+        self.bench.store.close()
+        self.bench = self.start()
+        return self.bench
 
     def tell(self, numbers):
         for number in numbers:
@@ -52,8 +57,7 @@ def story(tmp_path):
     workers = Workers(1)
     settings = {"window": {"samples": 2000, "hop": 2000}, "drift": {"baseline_windows": 8}}
     laboratory = Laboratory(600.0)
-    bench = Bench(tmp_path, workers, laboratory=laboratory, **settings)
-    yield Story(bench)
+    yield Story(lambda: Bench(tmp_path, workers, laboratory=laboratory, **settings))
     laboratory.close()
     workers.close()
 
@@ -76,6 +80,10 @@ def test_a_rail_defect_from_its_first_newtons_to_its_repair(story):
         stored = reader.diagnoses("axis-1")
     assert len(stored) == 1
     assert len(stored[0]["windows"]) == 3
+
+    bench = story.restart()
+    assert story.run.mismatch.latest is not None
+    assert story.run.mismatch.latest.result["effects"] == found["effects"]
 
     done = bench.order("promote", effect="rail_defect")
     assert (done["version"], done["effects"]) == (2, ["rail_defect"])

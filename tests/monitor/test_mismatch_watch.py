@@ -43,6 +43,13 @@ def test_what_has_a_name_is_asked_again_when_it_has_grown_by_half():
     assert live(watch, 50, 16.0, NAMED) == [0]
 
 
+def test_a_finding_of_before_a_restart_goes_on():
+    watch = MismatchWatch()
+    watch.restore(diagnosis(NAMED), [])
+    assert live(watch, 50, 10.0) == []
+    assert live(watch, 50, 16.0) == [0]
+
+
 def test_another_mismatch_after_the_repair_is_diagnosed_anew():
     watch = MismatchWatch()
     live(watch, 20, 10.0, NAMED)
