@@ -36,7 +36,8 @@ def configuration_reference() -> str:
     from pydantic import BaseModel
     from pydantic_core import PydanticUndefined
 
-    from monitor.config import AxisSection, Config
+    from monitor.config import Config
+    from monitor.config_sections import AxisSection
 
     def rows(model: type[BaseModel], skip: tuple[str, ...] = ()) -> list[str]:
         table = ["| key | default | meaning |", "|---|---|---|"]

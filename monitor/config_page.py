@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from monitor.config_sections import Section
 
 ADDRESS_FILE = "page.url"  # in the state directory, while the page is served
 
 
-class PageSection(BaseModel):
+class PageSection(Section):
     """The page in the browser, the HTTP API behind it and /metrics; see docs/page.md."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     listen: str = Field(default="127.0.0.1:8447", description="HOST:PORT; port 0 = any free one; empty = no page")
     hosts: tuple[str, ...] = Field(default=(), description="further names it is reached by (proxy); need tokens")

@@ -20,7 +20,7 @@ import structlog
 
 from monitor.alertmanager import SHOWN, message_of
 from monitor.axis_run import AxisRun
-from monitor.config import WebhookSection
+from monitor.config_sections import WebhookSection
 from monitor.store import Store
 from monitor.store_records import Letter
 

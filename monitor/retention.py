@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from monitor.config import HistorySection
+from monitor.config_sections import HistorySection
 from monitor.fleet import Fleet
 from monitor.store import Store
 

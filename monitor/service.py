@@ -192,7 +192,7 @@ def _pool_of(config: Config) -> Callable[[int], Executor]:
 
 
 def _end_hard(stop: threading.Event, closed: threading.Event, received: list[int]) -> None:
-    """End the process when it has not closed in time: Zenoh's close may hang on a bad link (ecosystem-facts §10)."""
+    """End the process when it has not closed in time: Zenoh's close may hang on a bad link."""
     stop.wait()
     if not closed.wait(GRACE):
         log.warning("did not close in time, ending hard; nothing acknowledged is lost", seconds=GRACE)

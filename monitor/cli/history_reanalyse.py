@@ -102,7 +102,7 @@ def _crew(
     import os
     from functools import partial
 
-    from monitor.config import IdentificationSection
+    from monitor.config_sections import IdentificationSection
     from monitor.workers import Workers, local_pool
 
     settings, identity = IdentificationSection(), None

@@ -8,7 +8,7 @@ import pytest
 
 from monitor.alarms import State
 from monitor.alertmanager import message_of
-from monitor.config import WebhookSection
+from monitor.config_sections import WebhookSection
 from monitor.http_webhook import Postman
 from monitor.queries import Reader
 from monitor.times import parse_time
