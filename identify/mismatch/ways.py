@@ -57,7 +57,7 @@ TAILORED: dict[str, Callable[[Effect, Setting], list[Guise]]] = {
     "quadratic_drag": ways_drive.drag,
     "position_spring": ways_place.spring,
     "inertia_error": ways_drive.inertia,
-    "torque_scale_error": ways_drive.ratio("relative_error", 0.1, 0.5, 0.03),
+    "torque_scale_error": ways_drive.ratio("relative_error", 0.1, 0.5, 0.03, ways_drive.SHEET),
     "actuator_lag": ways_drive.lag("time_constant"),
     "dead_time": ways_drive.lag("delay"),
     "torque_saturation": ways_drive.saturation,

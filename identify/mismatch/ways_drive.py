@@ -7,6 +7,8 @@ from collections.abc import Callable
 from identify.mismatch.guise import CLOCK, Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
+SHEET = 0.015  # relative: how well data sheets know a torque constant or a mass; less is no finding
+
 
 def offset(e: Effect, s: Setting) -> list[Guise]:
     """A constant force, where the baseline does not hold it already."""
@@ -15,11 +17,13 @@ def offset(e: Effect, s: Setting) -> list[Guise]:
     return [Guise(e, (Unknown("force", 0.1 * s.force, -2 * s.force, 2 * s.force),), grid([0.02 * s.force]))]
 
 
-def ratio(parameter: str, unit: float, limit: float, start: float) -> Callable[[Effect, Setting], list[Guise]]:
-    """One dimensionless amplitude between ± limit."""
+def ratio(
+    parameter: str, unit: float, limit: float, start: float, least: float = 0.0
+) -> Callable[[Effect, Setting], list[Guise]]:
+    """One dimensionless amplitude between ± limit, no finding below `least`."""
 
     def make(e: Effect, s: Setting) -> list[Guise]:  # noqa: ARG001
-        return [Guise(e, (Unknown(parameter, unit, -limit, limit),), grid([start]))]
+        return [Guise(e, (Unknown(parameter, unit, -limit, limit),), grid([start]), least=least)]
 
     return make
 
@@ -53,9 +57,10 @@ def inertia(e: Effect, s: Setting) -> list[Guise]:
     """More or less mass, weighing or not."""
     if not s.axis.mechanics.inertia_known:
         return []
+    least = SHEET * s.mass
     unknown = Unknown("mass_error", 0.2 * s.mass, -0.8 * s.mass, 4.0 * s.mass)
     shares = [1.0, 0.0] if s.axis.mechanics.weight > 0 else [0.0]
     names = {p.name for p in e.parameters}
     if "weight_share" not in names:
-        return [Guise(e, (unknown,), grid([0.03 * s.mass]))]
-    return [Guise(e, (unknown,), grid([0.03 * s.mass]), (("weight_share", share),)) for share in shares]
+        return [Guise(e, (unknown,), grid([0.03 * s.mass]), least=least)]
+    return [Guise(e, (unknown,), grid([0.03 * s.mass]), (("weight_share", share),), least=least) for share in shares]
