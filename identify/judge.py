@@ -18,6 +18,8 @@ from plant.recording import Recording
 Floats = NDArray[np.float64]
 
 FEWEST = 200  # samples: two seconds at 100 Hz
+SLOWEST = 0.2  # s between samples: more tells neither a reversal nor a rest
+CLOCK = 100.0  # times the axis file's sample time, or a part of it: stamps in another unit
 STEPS = 20  # resolution steps of travel: less is not a motion
 CURVE_KNOWN = 0.25  # relative half-width of friction at the median speed: more says nothing worth trending
 DROWNED = 12.0  # standard deviations of the noise: white noise alone spans seven to eight
@@ -42,6 +44,11 @@ def unusable(recording: Recording, axis: Axis) -> str | None:
             f"time does not rise at {len(back)} samples, first from {recording.t[k]:g} s to {recording.t[k + 1]:g} s "
             f"at sample {k + 1}"
         )
+    step = float(np.median(np.diff(recording.t)))
+    expected = recording.sample_time or axis.stream.sample_time or step
+    if step > SLOWEST or not expected / CLOCK < step < expected * CLOCK:
+        said = "" if expected == step else f", not {expected:g} s as the axis file says"
+        return f"samples are {step:g} s apart{said}: another unit? `scale = {{ t = 0.001 }}` of [[recording]] takes ms as s"
     travel = float(np.ptp(recording.position))
     if travel <= STEPS * axis.sensor.position_resolution or travel == 0.0:
         return (
