@@ -48,7 +48,7 @@ def unusable(recording: Recording, axis: Axis) -> str | None:
     expected = recording.sample_time or axis.stream.sample_time or step
     if step > SLOWEST or not expected / CLOCK < step < expected * CLOCK:
         said = "" if expected == step else f", not {expected:g} s as the axis file says"
-        return f"samples are {step:g} s apart{said}: another unit? `scale = {{ t = 0.001 }}` of [[recording]] takes ms as s"
+        return f"samples are {step:g} s apart{said}: another unit? [[recording]] `scale = {{ t = 0.001 }}` is for ms"
     travel = float(np.ptp(recording.position))
     if travel <= STEPS * axis.sensor.position_resolution or travel == 0.0:
         return (
