@@ -11,19 +11,22 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 import structlog
 
-from monitor.config import Config, open_to_all, read_axes, read_config
+from monitor.config import Config, read_axes, read_config
 from monitor.errors import AlreadyRunningError, DatabaseError, FencedError
 from monitor.logs import configure_logging
 from plant.axis import Axis
 
+if TYPE_CHECKING:
+    from monitor.pipeline import Pipeline
+    from monitor.service_parts import Parts
+
 log = structlog.get_logger()
-WHO = "daemon"
 OUTAGE_SECONDS = 2.0  # between attempts while the database cannot be used; publishers send again what they keep
 FENCED_SECONDS = 5.0  # before we try again: two daemons that cannot see each other must not wrestle
 GRACE = 4.0  # s to drain and close; after it the process ends hard, which loses nothing
@@ -62,133 +65,40 @@ def run_daemon(
 
 
 def _run(config: Config, axes: dict[str, Axis], stop: threading.Event, ready: Callable[[], None] | None) -> None:
-    # pool before the session: its fork server must not inherit sockets or Zenoh's threads
+    """Open everything and work until `stop`; what goes wrong on the way is waited out."""
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     os.environ.setdefault("NUMBA_CACHE_DIR", str(config.state_dir / "numba"))
-    from monitor.access import security_settings
-    from monitor.command_zenoh import CommandServer
-    from monitor.commands import CommandBox
-    from monitor.http_audience import audience
-    from monitor.http_webhook import Postman
-    from monitor.inbox import Inbox
-    from monitor.intake_zenoh import Intake
-    from monitor.laboratory import Laboratory
-    from monitor.notify_systemd import Notifier
-    from monitor.pipeline import Pipeline
-    from monitor.publish_zenoh import Publications
-    from monitor.pulse import Pulse
-    from monitor.query_zenoh import HistoryServer
-    from monitor.recovery_zenoh import Recovery
-    from monitor.refusals_zenoh import RefusalLog
-    from monitor.sharing import Roster
-    from monitor.sharing_zenoh import Attendance
-    from monitor.store import Store
-    from monitor.workers import Workers
-    from plant.zenoh_session import open_session
+    from monitor.service_parts import on_duty, opened
 
     with contextlib.ExitStack() as stack:
-        store = Store(config.database_url, synchronous=config.history.synchronous, receivers=config.receivers)
-        stack.callback(store.close)
-        inbox = Inbox(config.intake.queue_blocks, config.intake.queue_bytes)
-        commands = CommandBox(inbox.wake)
-        stack.callback(commands.close)
-        settings = config.identification
-        workers = Workers(
-            config.workers,
-            retries=settings.retries,
-            timeout=settings.timeout_seconds,
-            start_pool=_pool_of(config),
-            wake=inbox.wake,
-        )
-        stack.callback(workers.close)
-        elsewhere = {"start_pool": _pool_of(config)} if settings.cluster else {}
-        laboratory = Laboratory(config.diagnosis.timeout_seconds, inbox.wake, **elsewhere)
-        stack.callback(laboratory.close)
-        net = config.zenoh
-        if config.security.identity and config.security.log_refused:
-            stack.callback(RefusalLog().close)
-        session = open_session(net.mode, net.listen, net.connect, **security_settings(config))
-        stack.callback(session.close)
-        publications = Publications(session, config.site, net.prefix)
-        stack.callback(publications.close)
-        onlookers = stack.enter_context(audience(config, commands))
-        publish = onlookers.beside(publications.publish)
-        server = HistoryServer(session, config.site, net.prefix, config.database_url)
-        stack.callback(server.close)
-        operators = CommandServer(session, config.site, net.prefix, commands)
-        stack.callback(operators.close)
-        postman = Postman(config.webhook, store, wake=inbox.wake)
-        stack.callback(postman.close)
-        roster = Roster(config.sharing.member, inbox.wake)
-        if roster.member:
-            attendance = Attendance(session, config.site, net.prefix, roster)
-            stack.callback(attendance.close)
-        publications.alive(WHO)
-        for endpoint in open_to_all(config):
-            log.warning("anybody on the network may feed and read here: see docs/security.md", endpoint=endpoint)
-
-        @contextlib.contextmanager
-        def on_duty() -> Iterator[Pipeline]:
-            """The corridor for the axes that are ours as things stand, until somebody comes or goes."""
-            ours = roster.share()
-            if roster.member:
-                store.claim(roster.member, [name for name in axes if ours(name)])
-            pipeline = Pipeline(
-                config, axes, store, workers, inbox, publish,
-                commands=commands, laboratory=laboratory, owns=ours, fetch=Recovery(session, inbox).fetch,
-            )  # fmt: skip
-            pipeline.tell_untold()
-            intake = Intake(session, config.site, net.prefix, inbox)  # anew: publishers send again what they keep
-            watched = sum(ours(name) for name in axes)
-            shared = {"members": roster.members} if roster.member else {}
-            log.info(
-                "watching", site=config.site, axes=watched, listen=list(net.listen), backlog=pipeline.backlog, **shared
-            )
-            notifier.tell(READY=1, STATUS=f"watching {watched} axes")
-            try:
-                yield pipeline
-            finally:
-                log.info("stopping" if stop.is_set() else "handing over", backlog=pipeline.backlog)
-                intake.close()
-            pipeline.drain()
-
-        notifier = Notifier()
-        stack.callback(notifier.tell, STOPPING=1)
-        pulse = Pulse(notifier, database=store.answer, oldest_job=workers.oldest, job_limit=settings.timeout_seconds)
+        parts = opened(config, stack)
         while not stop.is_set():
-            changes = roster.changes
+            changes = parts.roster.changes
             try:
-                with on_duty() as pipeline:
+                with on_duty(parts, axes, stop) as pipeline:
                     if ready is not None:
                         ready()
                         ready = None
-                    while not stop.is_set() and roster.changes == changes:
-                        pipeline.step()
-                        postman.pump(pipeline.runs.values())
-                        onlookers.board.turn(len(inbox), pipeline.backlog, workers.busy)
-                        pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
+                    while not stop.is_set() and parts.roster.changes == changes:
+                        _turn(parts, pipeline)
             except FencedError as error:  # we were frozen, or cut off from the others: nothing of ours was written
                 log.warning("another daemon took over", why=str(error))
                 stop.wait(FENCED_SECONDS)
             except DatabaseError as error:
                 if ready is not None:  # not even begun: the person who starts us is there to read it
                     raise
-                pulse.endure(str(error))
-                store.renew()
+                parts.pulse.endure(str(error))
+                parts.store.renew()
                 stop.wait(OUTAGE_SECONDS)
 
 
-def _pool_of(config: Config) -> Callable[[int], Executor]:
-    """How the workers are started: here, or on the cluster that the configuration names."""
-    from monitor.workers import local_pool
-
-    if not (address := config.identification.cluster):
-        return local_pool
-    from monitor.cluster_dask import DaskPool
-
-    identity = Path(config.security.identity) if config.security.identity else None
-    return lambda _workers: DaskPool(address, identity)
+def _turn(parts: Parts, pipeline: Pipeline) -> None:
+    """One turn of the corridor, and of those beside it."""
+    pipeline.step()
+    parts.postman.pump(pipeline.runs.values())
+    parts.board.turn(len(parts.inbox), pipeline.backlog, parts.workers.busy)
+    parts.pulse.beat(lambda: f"watching {len(pipeline.runs)} axes, {pipeline.backlog} windows waiting")
 
 
 def _end_hard(stop: threading.Event, closed: threading.Event, received: list[int]) -> None:
