@@ -15,6 +15,7 @@ export XDG_DATA_HOME := $(CACHE)/xdg/data
 export XDG_STATE_HOME := $(CACHE)/xdg/state
 export XDG_CONFIG_HOME := $(CACHE)/xdg/config
 export DASK_CONFIG := $(CACHE)/dask
+export DASK_TEMPORARY_DIRECTORY := $(CACHE)/dask
 export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
 
