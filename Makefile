@@ -31,7 +31,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -169,6 +169,13 @@ kills: $(VENV)/.ready-dev  ## kill -9 of daemon, workers, publisher (and server)
 
 soak: $(VENV)/.ready-dev  ## the time-lapse plant as fast as it goes: memory, handles, lag, disk: ARGS="--minutes 60"
 	$(PY) -m tests.scenarios.soak $(ARGS)
+
+advisories: $(VENV)/.made  ## known advisories against the pinned packages, where an index can be reached; its own environment
+	@auditor=$(CACHE)/pip-audit; \
+	test -x $$auditor/bin/pip-audit || { $(PY) -m venv $$auditor && \
+	  timeout 180 $$auditor/bin/python -m pip install --quiet pip-audit 2>/dev/null; } || { \
+	  rm -rf $$auditor; echo "advisories: not audited: pip-audit cannot be installed here"; exit 0; }; \
+	$$auditor/bin/python deploy/security/advisories.py constraints.txt $$auditor
 
 clean:  ## remove the virtual environment, caches and the demo's state
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks build *.egg-info var/demo
