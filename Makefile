@@ -120,7 +120,8 @@ diagnosis-course: $(VENV)/.ready-dev  ## where the time of a diagnosis goes, and
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.diagnosis_course $(ARGS)
 
 cluster: $(VENV)/.ready-dev  ## more than one machine: a Dask cluster with workers and scheduler killed, daemons that take over
-	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py -m "slow or not slow" -s
+	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py \
+	  tests/scenarios/test_year_on_cluster.py -m "slow or not slow" -s
 
 next-experiment: $(VENV)/.ready-dev  ## does the experiment a diagnosis proposes settle the tie? the true machine runs it; ARGS="--cases 64"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.next_experiment $(ARGS)

@@ -1,4 +1,4 @@
-"""What `tribowatch doctor` looks at: installation, disk, clock, configuration, database, links and matching. Does I/O.
+"""What `tribowatch doctor` looks at: installation, disk, clock, files, database, workers, links, matching. Does I/O.
 
 Every check is one function that gives one `Check`; none raises for what it was asked to find out.
 """
@@ -16,6 +16,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from monitor.doctor_workers import check_workers
 from plant.errors import InputError, TribowatchError
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ def check_daemon(config: Config) -> Iterator[Check]:
     else:
         yield Check("axis files", Outcome.OK if axes else Outcome.WARNING, _name_axes(axes))
     yield check_database(config.database_url)
+    yield check_workers(config)
     yield from check_links(config, axes)
 
 
@@ -126,8 +128,8 @@ def check_database(url: str) -> Check:
     def look() -> str:
         with Reader(url) as reader:
             axes = reader.axes()
-        windows = sum(axis.windows for axis in axes)
-        return f"{len(axes)} axes, {windows} windows"
+        windows, waiting = sum(axis.windows for axis in axes), sum(axis.pending for axis in axes)
+        return f"{len(axes)} axes, {windows} windows, {waiting} of them wait for an answer"
 
     return _attempt("database", look)
 

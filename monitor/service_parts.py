@@ -96,11 +96,11 @@ def opened(config: Config, stack: contextlib.ExitStack) -> Parts:
         config.workers,
         retries=settings.retries,
         timeout=settings.timeout_seconds,
-        start_pool=_pool_of(config),
+        start_pool=pool_of(config),
         wake=inbox.wake,
     )
     stack.callback(workers.close)
-    elsewhere = {"start_pool": _pool_of(config)} if settings.cluster else {}
+    elsewhere = {"start_pool": pool_of(config)} if settings.cluster else {}
     laboratory = Laboratory(config.diagnosis.timeout_seconds, inbox.wake, **elsewhere)
     stack.callback(laboratory.close)
     # only now, for the workers' fork server must inherit neither sockets nor Zenoh's threads
@@ -157,7 +157,7 @@ def on_duty(parts: Parts, axes: Mapping[str, Axis], stop: threading.Event) -> It
     pipeline.drain()
 
 
-def _pool_of(config: Config) -> Callable[[int], Executor]:
+def pool_of(config: Config) -> Callable[[int], Executor]:
     """How the workers are started: here, or on the cluster that the configuration names."""
     if not (address := config.identification.cluster):
         return local_pool

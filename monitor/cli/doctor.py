@@ -19,7 +19,7 @@ def doctor_command(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Look at installation, kernels, clock and disk; with --config also at axis files, database, daemon and streams.
+    """Look at installation, kernels, clock, disk; with --config at axis files, database, workers, daemon, streams too.
 
     With --bridge it looks at a CAN bridge: its file, frames on the bus, the bridge at work and what it says.
     Exits with 2 when an input is bad, with 3 when the daemon or its database is out of reach.

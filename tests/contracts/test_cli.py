@@ -164,9 +164,18 @@ def test_doctor_says_that_the_daemon_is_not_running_and_what_to_do(tmp_path):
     done = tribowatch("doctor", "--config", write_configuration(tmp_path), "--json")
     assert done.returncode == 3, done.stderr
     checks = {check["name"]: check for check in json.loads(done.stdout)["checks"]}
-    assert checks["axis files"]["outcome"] == "ok"
+    assert checks["axis files"]["outcome"] == checks["workers"]["outcome"] == "ok"
     assert checks["link"]["outcome"] == checks["database"]["outcome"] == "out_of_reach"
     assert "tribowatch run" in checks["link"]["finding"]
+
+
+def test_doctor_says_that_there_is_no_cluster(tmp_path):
+    config = write_configuration(tmp_path)
+    config.write_text(config.read_text() + '[identification]\ncluster = "tcp://127.0.0.1:9"\n')
+    done = tribowatch("doctor", "--config", config, "--json")
+    assert done.returncode == 3, done.stderr
+    [finding] = [one["finding"] for one in json.loads(done.stdout)["checks"] if one["name"] == "workers"]
+    assert "no Dask scheduler at tcp://127.0.0.1:9" in finding
 
 
 def test_doctor_names_a_bad_axis_file(tmp_path):

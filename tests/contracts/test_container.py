@@ -1,10 +1,12 @@
 """Container files, without an engine: what they name exists, and what runs in them is closed."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 
-from monitor.config import read_axes, read_config
+from monitor.config import Config, read_axes, read_config
 from tests.contracts.command import ROOT, tribowatch
 
 FOLDER = ROOT / "deploy" / "container"
@@ -31,7 +33,7 @@ def test_the_configuration_of_the_container_is_good(monkeypatch):
     assert str(config.state_dir) == "/var/lib/tribowatch"
 
 
-@pytest.mark.parametrize("name", ["daemon", "plant"])
+@pytest.mark.parametrize("name", ["daemon", "plant", "scheduler", "worker"])
 def test_our_containers_can_write_only_their_volumes(services, name):
     service = services[name]
     assert service["read_only"] is True
@@ -45,6 +47,21 @@ def test_the_stand_in_plant_is_a_command_that_exists(services):
     done = tribowatch(words[0], "--help")
     assert done.returncode == 0
     assert all(option in done.stdout for option in words if option.startswith("--"))
+
+
+def test_the_cluster_is_there_when_it_is_asked_for(services):
+    assert services["scheduler"]["profiles"] == services["worker"]["profiles"] == ["cluster"]
+    assert services["daemon"]["environment"]["TRIBOWATCH_IDENTIFICATION__CLUSTER"] == "${CLUSTER:-}"
+    for name in ("scheduler", "worker"):
+        program, command, *words = services[name]["entrypoint"]
+        helped = subprocess.run([sys.executable, "-m", program, command, "--help"], capture_output=True, text=True)
+        assert all(word in helped.stdout for word in words if word.startswith("--"))
+
+
+def test_the_health_check_asks_the_page_where_the_container_has_it():
+    listen = Config.model_fields["page"].default.listen
+    assert f"http://{listen}/healthz" in (FOLDER / "Containerfile").read_text()
+    assert "[page]" not in (FOLDER / "etc" / "tribowatch.toml").read_text()
 
 
 def test_no_secret_stands_in_the_files(services):

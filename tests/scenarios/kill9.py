@@ -240,7 +240,7 @@ def is_good(report: dict) -> bool:
     return report["integrity"] == "ok" and not any(report[name] for name in WRONG)
 
 
-def main() -> int:
+def main(words: list[str] | None = None) -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--kills", type=int, default=100)
     options.add_argument("--plants", type=int, default=1, help="side by side")
@@ -248,7 +248,7 @@ def main() -> int:
     options.add_argument("--cache", type=int, default=400, help="blocks of 100 samples that the publisher keeps")
     options.add_argument("--database", choices=("sqlite", "postgresql"), default="sqlite")
     options.add_argument("--minutes", type=float, default=1e9, help="end after that, however many kills it was")
-    chosen = options.parse_args()
+    chosen = options.parse_args(words)
     spawn = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(chosen.plants, mp_context=spawn) as pool:
         parts = [pool.submit(run_beside, chosen, number) for number in range(chosen.plants)]

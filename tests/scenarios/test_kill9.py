@@ -6,7 +6,7 @@ import sqlite3
 
 import pytest
 
-from tests.scenarios.kill9 import run
+from tests.scenarios.kill9 import main, run
 from tests.scenarios.kill9_account import WRONG, Database, account, promise
 from tests.scenarios.kill9_publisher import read_ledger
 
@@ -19,8 +19,16 @@ def check(report):
     assert report["windows"] > 3
 
 
-def test_kill_9_loses_nothing_acknowledged_and_doubles_nothing(tmp_path):
-    check(run(tmp_path, kills=5, seed=3))
+def test_twenty_kills_of_four_plants_side_by_side_lose_and_double_nothing(capfd):
+    assert main(["--kills", "20", "--plants", "4", "--seed", "3"]) == 0
+    report = json.loads(capfd.readouterr().out)
+    check(report)
+    assert report["kills"] == 20
+    assert report["plants"] == 4
+
+
+def test_the_account_finds_what_is_wrong(tmp_path):
+    check(run(tmp_path, kills=1, seed=3, victims=("worker",)))
     assert found_wrong(tmp_path) == {"acknowledged_and_lost", "unaccounted", "windows_wrong", "answers_missing",
                                      "transitions_illegal", "commands_lost"}  # fmt: skip
 
