@@ -63,7 +63,7 @@ class Refusals:
         elif "interceptor: Msg intercepted!" in line:
             return self._intercepted(thread)
         elif said := _LINK.search(line):
-            return self._count("link refused", why=said[1])
+            return self._count("link refused", why=said[1].partition(": verification time")[0])
         elif said := _OPENED.search(line):
             self._opened[thread] = (said[1], said[2])
         elif said := _NO_ROLE.search(line):
