@@ -13,6 +13,7 @@ from monitor.cli import app  # noqa: F401  registers the commands
 from monitor.cli.app import run_command
 from plant.keys import command_key
 from plant.zenoh_session import open_session
+from tests.contracts.command import tribowatch
 from tests.contracts.conftest import daemon
 
 
@@ -81,6 +82,27 @@ def test_operated_while_no_daemon_runs_then_by_the_daemon(demo, tell):
     assert tell("axes", "versions", "press-7")["versions"][0]["why"] == "first seen"
     assert tell("history", "press-7")["series"]
     assert "press-7" in tell("history", axis, ok=False)
+
+
+def test_a_back_up_on_another_machine_gives_the_same_trend_and_alarms(demo, tmp_path):
+    copy, other = tmp_path / "copy.db", tmp_path / "other"
+    other.mkdir()
+    for file in demo.parent.glob("*.toml"):
+        shutil.copy(file, other)
+    config, home = other / demo.name, {"HOME": str(other), "cwd": other}
+    assert tribowatch("history", "backup", copy, "--config", demo).returncode == 0
+    done = tribowatch("history", "restore", copy, "--config", config, "--yes", **home)
+    assert done.returncode == 0, done.stderr
+    for words in (["history", "axis-0001"], ["alerts"], ["alerts", "evidence"], ["axes", "versions", "axis-0001"]):
+        here = tribowatch(*words, "--config", demo, "--json")
+        there = tribowatch(*words, "--config", config, "--json", **home)
+        assert (here.returncode, there.returncode) == (0, 0), here.stderr + there.stderr
+        assert json.loads(here.stdout) == json.loads(there.stdout)
+        assert any(json.loads(here.stdout)[name] for name in ("series", "alerts", "evidence", "versions")
+                   if name in json.loads(here.stdout))  # fmt: skip
+    shutil.rmtree(demo.parent)
+    with daemon(config):
+        assert tribowatch("alerts", "acknowledge", "axis-0001", "wear", "--config", config, **home).returncode == 0
 
 
 def test_deleting_asks_first(demo, capsys, monkeypatch):
