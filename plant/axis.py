@@ -14,6 +14,7 @@ from plant.errors import AxisFileError, ParameterError
 
 STANDARD_GRAVITY = 9.81  # m/s^2
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-6, 1e6  # m, of a pulley: beyond them its square means nothing
+LIGHTEST, HEAVIEST = 1e-12, 1e21  # kg, or kg m^2 on a rotary axis
 AXIS_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}"
 
 
@@ -85,8 +86,8 @@ class Mechanics:
             raise ParameterError("force_per_torque", self.force_per_torque, "finite and not 0", "N per N*m")
         if self.orientation is Orientation.ROTARY and self.M:
             raise ParameterError("M", self.M, "0 on a rotary axis (J carries the inertia)", "kg")
-        if not 0 < self.moving_mass < math.inf:
-            raise ParameterError("moving mass M + J/Rc^2", self.moving_mass, "> 0 and finite", "kg")
+        if not LIGHTEST <= self.moving_mass <= HEAVIEST:
+            raise ParameterError("moving mass M + J/Rc^2", self.moving_mass, f"{LIGHTEST:g} to {HEAVIEST:g}", "kg")
         if self.travel is not None and not self.travel[0] < self.travel[1]:
             raise ParameterError("travel", list(self.travel), "[lowest, highest]", "m")
 

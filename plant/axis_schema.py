@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from plant.checks import as_table, check_keys, is_number
 from plant.errors import AxisFileError
 
+SMALLEST, LARGEST = 1e-12, 1e9  # of any number of any machine, in SI: beyond them arithmetic fails before physics
 CHANNELS = ("t", "torque", "force", "position", "velocity", "temperature", "load")
 
 
@@ -22,10 +22,14 @@ class Key:
     unit: str = ""
 
 
-def number(unit: str, *, above: float = -math.inf, least: float = -math.inf) -> Key:
-    """Describe a finite number in `unit`, `> above` or `>= least`."""
-    suffix = f" > {above:g}" if above > -math.inf else f" >= {least:g}" if least > -math.inf else ""
-    return Key(lambda v: is_number(v) and v > above and v >= least, f"a finite number{suffix}", unit)
+def number(unit: str, *, positive: bool = False) -> Key:
+    """Describe a number in `unit` that a machine can have, >= 0 or > 0."""
+    least, words = (SMALLEST, "> 0") if positive else (0.0, ">= 0")
+    return Key(lambda v: is_number(v) and least <= v <= LARGEST, f"a number {words} and up to {LARGEST:g}", unit)
+
+
+def _is_sane(value: Any) -> bool:
+    return is_number(value) and abs(value) <= LARGEST
 
 
 def word(*choices: str) -> Key:
@@ -40,14 +44,14 @@ def _channel_map(value: object, accepts: Callable[[Any], bool]) -> bool:
 
 _FLAG = Key(lambda v: isinstance(v, bool), "true or false")
 _TRAVEL = Key(
-    lambda v: isinstance(v, list) and len(v) == 2 and all(map(is_number, v)) and v[0] < v[1],
-    "[lowest, highest], two rising numbers",
+    lambda v: isinstance(v, list) and len(v) == 2 and all(map(_is_sane, v)) and v[0] < v[1],
+    f"[lowest, highest], two rising numbers up to {LARGEST:g}",
     "m or rad",
 )
 _COLUMNS = Key(lambda v: _channel_map(v, lambda x: isinstance(x, str)), 'a table like { t = "time_s" }')
 _SCALE = Key(
-    lambda v: _channel_map(v, lambda x: is_number(x) and x != 0),
-    "a table of numbers other than 0, like { torque = 0.0934 }",
+    lambda v: _channel_map(v, lambda x: _is_sane(x) and x != 0),
+    f"a table of numbers other than 0 up to {LARGEST:g}, like {{ torque = 0.0934 }}",
     "SI per file unit",
 )
 _SELECT = Key(
@@ -60,31 +64,33 @@ _FORCE = "N (N*m rotary)"
 TABLES: Mapping[str, Mapping[str, Key]] = {
     "mechanics": {
         "axis": word("vertical", "horizontal", "rotary"),
-        "M": number("kg", least=0),
-        "J": number("kg*m^2", least=0),
-        "Rc": number("m", above=0),
-        "Re": number("m", above=0),
-        "Rm": number("m", above=0),
-        "force_per_torque": Key(lambda v: is_number(v) and v != 0, "a finite number other than 0", "N per N*m"),
-        "g": number("m/s^2", least=0),
+        "M": number("kg"),
+        "J": number("kg*m^2"),
+        "Rc": number("m", positive=True),
+        "Re": number("m", positive=True),
+        "Rm": number("m", positive=True),
+        "force_per_torque": Key(
+            lambda v: _is_sane(v) and v != 0, f"a number other than 0 up to {LARGEST:g}", "N per N*m"
+        ),
+        "g": number("m/s^2"),
         "travel": _TRAVEL,
         "inertia_known": _FLAG,
     },
     "drive": {
-        "rated_torque": number("N*m", above=0),
-        "rated_force": number(_FORCE, above=0),
-        "torque_resolution": number("N*m", least=0),
-        "force_resolution": number(_FORCE, least=0),
+        "rated_torque": number("N*m", positive=True),
+        "rated_force": number(_FORCE, positive=True),
+        "torque_resolution": number("N*m"),
+        "force_resolution": number(_FORCE),
     },
-    "sensor": {"position_resolution": number("m or rad", least=0), "side": word("load", "motor")},
-    "stream": {"sample_time": number("s", above=0), "torque": word()},
-    "analysis": {"sample_time": number("s", above=0)},
+    "sensor": {"position_resolution": number("m or rad"), "side": word("load", "motor")},
+    "stream": {"sample_time": number("s", positive=True), "torque": word()},
+    "analysis": {"sample_time": number("s", positive=True)},
     "recording": {
         "file": _PATH,
         "columns": _COLUMNS,
         "scale": _SCALE,
         "select": _SELECT,
-        "sample_time": number("s", above=0),
+        "sample_time": number("s", positive=True),
         "dbc": _PATH,
         "bridge": _PATH,
         "loop": word("open", "closed"),

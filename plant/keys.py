@@ -59,21 +59,6 @@ def parameters_key(site: str, axis: str, prefix: str = PREFIX) -> str:
     return output_key(site, axis, "parameters", prefix)
 
 
-def model_key(site: str, axis: str, prefix: str = PREFIX) -> str:
-    """Key of the latest friction law, for feed-forward users."""
-    return output_key(site, axis, "model", prefix)
-
-
-def alerts_key(site: str, axis: str, prefix: str = PREFIX) -> str:
-    """Key of the alert transitions."""
-    return output_key(site, axis, "alerts", prefix)
-
-
-def mismatch_key(site: str, axis: str, prefix: str = PREFIX) -> str:
-    """Key of the latest diagnosis of model against recording."""
-    return output_key(site, axis, "mismatch", prefix)
-
-
 def status_key(site: str, axis: str, prefix: str = PREFIX) -> str:
     """Key of the axis' status: samples, gaps, rejects, and the seq that is committed."""
     return output_key(site, axis, "status", prefix)

@@ -12,8 +12,7 @@ def test_keys_are_spelled_as_the_contract_says():
     assert keys.status_key("plant-1", "a", prefix="fab/w") == "fab/w/plant-1/a/status"
     assert keys.history_key("s", "a", "parameters") == "tribowatch/s/a/history/parameters"
     assert keys.alive_key("s", "daemon") == "tribowatch/s/alive/daemon"
-    outputs = (keys.parameters_key, keys.model_key, keys.alerts_key, keys.mismatch_key, keys.status_key)
-    assert [key("s", "a").rsplit("/")[-1] for key in outputs] == list(keys.OUTPUTS)
+    assert keys.parameters_key("s", "a") == keys.output_key("s", "a", "parameters") == "tribowatch/s/a/parameters"
 
 
 def test_the_pattern_receives_every_axis_of_the_site_and_nothing_else():
