@@ -7,6 +7,7 @@ Exit codes: 0 done (whatever the verdict), 2 bad input or configuration, 3 servi
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import signal
 import sys
@@ -55,6 +56,8 @@ def tribowatch(
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Entry point of `tribowatch` and of `python -m monitor`; never returns."""
     prepare_environment()
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that has no ± or bars gets question marks
     with contextlib.suppress(ValueError):  # not the main thread: an embedding program keeps its own handlers
         signal.signal(signal.SIGTERM, _terminate)
     code = run_command(sys.argv[1:] if arguments is None else arguments)

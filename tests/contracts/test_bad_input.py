@@ -107,6 +107,15 @@ def test_an_axis_that_stood_still_is_not_informative(recorded, tmp_path):
     assert json.loads(done.stdout)["verdict"] in ("not_informative", "bad_data")
 
 
+def test_a_terminal_without_our_signs_gets_others(recorded):
+    done = tribowatch(
+        "identify", recorded / "recording.csv", "--axis", recorded / "axis.toml", PYTHONIOENCODING="ascii"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "coulomb force" in done.stdout
+    assert done.stdout.isascii()
+
+
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_seed_that_is_none(recorded, command):
     done = tribowatch(command, recorded / "recording.csv", "--axis", recorded / "axis.toml", "--seed", -1)
