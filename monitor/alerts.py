@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from monitor.advice import advice
+from monitor.channels import PARTS
 from monitor.findings import Kind
 from monitor.times import UNITS, iso, span
 
@@ -160,9 +161,11 @@ def _numbers(evidence: dict[str, Any]) -> str:
         f"({evidence['relative']:+.0%}, 95 % {low:+.0%} to {high:+.0%})"
     )
     name, unit = evidence["indicator"], evidence["indicator_unit"]
+    before, now, error = (evidence[f"indicator_{key}"] for key in ("baseline", "now", "error"))
+    if name in PARTS:
+        return f"{friction}, its {name} by {now - before:+.1%} ± {error:.1%}"
     if name.startswith("friction at") or unit == "1":
         return friction
-    before, now, error = (evidence[f"indicator_{key}"] for key in ("baseline", "now", "error"))
     return f"{name} went from {before:.4g} to {now:.4g} ± {error:.2g} {unit}".rstrip() + f"; {friction}"
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from monitor.baseline import Baseline, learn, refined
-from monitor.channels import REFERENCES, UNEXPLAINED, Seen, lacking, numbers_of
+from monitor.channels import PARTS, REFERENCES, SHAPES, UNEXPLAINED, Seen, lacking, numbers_of
 from monitor.classes import Verdict
 from monitor.data_quality import judge_quality
 from monitor.drift_state import DriftRule, DriftState, Step
@@ -204,7 +204,18 @@ def _conclude(
     kind = _kind(verdict.kinds, state.told)
     onset = state.onset_ns if state.told is not None and state.onset_ns else state.recent[-1 - m].start_ns
     state = dataclasses.replace(state, told=kind, onset_ns=onset, fresh=0)
+    index = _plainest(height[m], looked.mean[m], index)
     return state, _findings(kind, evidence_of(state, baseline, looked, m, index, height, verdict, kind, rule))
+
+
+def _plainest(height: Floats, mean: Floats, index: int) -> int:
+    """Which number says it to people: the strongest that moves with friction itself.
+
+    A matched filter for one part may well move against a change of the other. Heights (J,), deviations (J,).
+    """
+    friction = [*range(len(SHAPES)), *range(len(mean) - len(PARTS), len(mean))]
+    along = [j for j in friction if height[j] > 0.0 and mean[j] * mean[REFERENCES // 2] > 0.0]
+    return max(along, key=lambda j: float(height[j])) if index in friction and along else index
 
 
 def _rising(baseline: Baseline, looked: Looked) -> Any:

@@ -56,6 +56,18 @@ def test_a_rise_of_viscous_friction_by_a_tenth_is_found_though_friction_at_mid_s
     assert np.median(delays) <= 3
 
 
+@pytest.mark.parametrize("factor", [0.9, 1.3])
+def test_an_alert_shows_a_number_that_moves_with_friction(factor):
+    """A filter for one part may move against a change of the other: true, and of no use to people."""
+    for seed in range(4):
+        rng = np.random.default_rng([70, seed])
+        state, _ = watch(RULE, (estimate(k, rng, scatter=0.003, error=0.002) for k in range(25)))
+        for k in range(25, 32):
+            state, findings = judge(state, estimate(k, rng, scatter=0.003, error=0.002, coulomb=factor), RULE)
+        known = next(one.evidence for one in findings if one.holds)
+        assert (known["indicator_now"] - known["indicator_baseline"]) * known["relative"] > 0.0
+
+
 def test_a_baseline_spans_days_however_often_windows_come():
     """A window a minute: what wanders over hours must be part of the scatter, and longer means reach over hours."""
     rng = np.random.default_rng(12)

@@ -64,7 +64,8 @@ function numbers(trends) {
     sparkline((trends?.[name]?.points ?? []).map((point) => point.value)) ?? '', one.at_bound ? 'at its bound' : '',
   ]);
   const watched = (summary.latest.indicators ?? []).map((one) => [
-    one.name, [el('span', { class: 'num' }, number(one.value, 4)), ' ', unit(one.unit)], number(one.baseline, 4), one.baseline ? percent(one.value / one.baseline - 1, 1) : '–',
+    one.name, ...(one.unit === '1' ? [percent(one.value, 1), percent(one.baseline, 1), percent(one.value - one.baseline, 1)] // a share already
+      : [[el('span', { class: 'num' }, number(one.value, 4)), ' ', unit(one.unit)], number(one.baseline, 4), one.baseline ? percent(one.value / one.baseline - 1, 1) : '–']),
     `${number(one.deviation, 2)} σ`, meter(Math.max(one.sum_up, one.sum_down)), sparkline((trends?.[one.name.replaceAll(' ', '_').toLowerCase()]?.points ?? []).map((point) => point.value)) ?? '',
   ]);
   put(parts.numbers,
