@@ -10,7 +10,7 @@ from identify.audit_causes import TIME_CAUSES, VELOCITY_CAUSES, Cause, force_cau
 from identify.audit_finding import Finding, Severity
 from identify.audit_fit import GAP, finest_step
 from plant.axis import Axis
-from plant.recording import Floats, Recording
+from plant.recording import LARGEST, Floats, Recording
 
 PEAK = (3.0, 10.0)  # of rated force: servo drives give 2-3 times for seconds; ten times is another unit
 SPAN = (1.1, 3.0)  # of the travel
@@ -53,7 +53,7 @@ def _samples(recording: Recording) -> Finding:
     share = float(np.mean(bad))
     severity: Severity = "ok" if share == 0 else "warn" if share < 0.2 else "refuse"
     seen = f"{int(bad.sum())} of {len(bad)}"
-    text = f"{seen} samples are not usable (NaN or infinite)"
+    text = f"{seen} samples are not usable (no finite number, or beyond {LARGEST:g})"
     return Finding(severity, "samples", seen, "0", None, text)
 
 

@@ -13,11 +13,14 @@ from plant.axis import TorqueHold
 from plant.errors import RecordingError
 
 Floats = NDArray[np.float64]
+LARGEST = 1e12  # of any channel, in SI: what is beyond it no machine has sent, and squares of it would overflow
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """Samples of one run of one axis. Values may be unusable (NaN, time running backwards): judging is not reading.
+
+    A value beyond `LARGEST` is as unusable as none, and becomes NaN.
 
     Attributes:
         t: time stamps, the clock, possibly irregular. [s] (n,)
@@ -53,7 +56,7 @@ class Recording:
     remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that all channels are one-dimensional and of one length."""
+        """Check that all channels are one-dimensional and of one length; leave out what no machine has sent."""
         n = len(self.t)
         if n == 0:
             raise RecordingError(f"{self.source or 'recording'}: no samples")
@@ -63,6 +66,8 @@ class Recording:
                 raise RecordingError(
                     f"{self.source or 'recording'}: {channel} has shape {values.shape}, t has {n} samples"
                 )
+            if (beyond := np.abs(values) > LARGEST).any():
+                object.__setattr__(self, channel, np.where(beyond, np.nan, values))
 
     def channels(self) -> tuple[str, ...]:
         """Names of the channels that are present, t first."""

@@ -36,6 +36,7 @@ def cut(samples):
 
 BAD = {
     "nan in the position": (changed("position", 7, np.nan), "position are not finite, the first is sample 7"),
+    "a force that no machine has": (changed("force", 5, 1e300), "1 of 2000 samples of force are not finite"),
     "infinite force": (changed("force", slice(3, 5), np.inf), "2 of 2000 samples of force are not finite"),
     "nan in the clock": (changed("t", 0, np.nan), "samples of t are not finite"),
     "time runs backwards": (changed("t", 100, 0.2), "time does not rise"),
