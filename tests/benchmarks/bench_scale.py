@@ -21,9 +21,9 @@ from tests.scenarios.harness import SITE, Plant, wait_for
 SETTINGS = """
 [window]
 samples = 1000
-hop = 500
+hop = {hop}
 [drift]
-baseline_windows = 8
+baseline_windows = {learns}
 baseline_span = 0.0
 [alarms]  # of eight windows, one every five seconds, no change is sure in a minute at one false alarm a year
 false_alarms_per_axis_year = 10000.0
@@ -70,10 +70,10 @@ class Listener:
         self.status[content["axis"]] = content
 
 
-def measure(count: int, seconds: float, folder: Path, hop: int = 500) -> dict:
-    """Run `count` axes for `seconds`, with windows every `hop` samples."""
+def measure(count: int, seconds: float, folder: Path, hop: int = 500, learns: int = 8) -> dict:
+    """Run `count` axes for `seconds`, with windows every `hop` samples and a baseline of `learns` of them."""
     names = [f"axis-{k:04d}" for k in range(count)]
-    with Plant(folder, axes=names, settings=SETTINGS.replace("hop = 500", f"hop = {hop}")) as plant:
+    with Plant(folder, axes=names, settings=SETTINGS.format(hop=hop, learns=learns)) as plant:
         plant.start(300.0)
         with plant.session() as session:
             ears = Listener(session)
@@ -133,6 +133,7 @@ def main() -> int:
     options.add_argument("--long", type=float, default=420.0, help="seconds for 1000 axes and more")
     options.add_argument("--hop", type=int, default=500, help="samples from one window to the next")
     options.add_argument("--long-hop", type=int, default=500, help="the same for 1000 axes and more")
+    options.add_argument("--learns", type=int, default=8, help="windows of a baseline")
     chosen = options.parse_args()
     rows = []
     for count in map(int, chosen.axes.split(",")):
@@ -140,7 +141,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             corridor = cost(Path(folder), count, max(10, 3000 // count))
         with tempfile.TemporaryDirectory() as folder:
-            rows.append(measure(count, seconds, Path(folder), hop))
+            rows.append(measure(count, seconds, Path(folder), hop, chosen.learns))
         rows[-1]["corridor_cpu_ms_per_axis_second"] = round(1e3 * corridor, 3)
         sys.stdout.write(json.dumps(rows[-1]) + "\n")
         sys.stdout.flush()
