@@ -161,11 +161,11 @@ def _numbers(evidence: dict[str, Any]) -> str:
         f"({evidence['relative']:+.0%}, 95 % {low:+.0%} to {high:+.0%})"
     )
     name, unit = evidence["indicator"], evidence["indicator_unit"]
+    if name.startswith("friction at") or (unit == "1" and name not in PARTS):
+        return friction
     before, now, error = (evidence[f"indicator_{key}"] for key in ("baseline", "now", "error"))
     if name in PARTS:
         return f"{friction}, its {name} by {now - before:+.1%} ± {error:.1%}"
-    if name.startswith("friction at") or unit == "1":
-        return friction
     return f"{name} went from {before:.4g} to {now:.4g} ± {error:.2g} {unit}".rstrip() + f"; {friction}"
 
 
