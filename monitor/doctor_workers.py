@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from concurrent.futures import Executor
 from typing import TYPE_CHECKING
@@ -19,6 +18,7 @@ PATIENCE = 90.0  # s for a process to start, compile where nothing is compiled y
 def check_workers(config: Config) -> Check:
     """Have one worker process identify a recording of ours, as the daemon's do with windows."""
     from monitor.doctor import Check, Outcome
+    from monitor.workers import end_pool
 
     begun, where = time.monotonic(), "a worker process"
     try:
@@ -26,7 +26,7 @@ def check_workers(config: Config) -> Check:
         try:
             seconds = _work(pool)
         finally:
-            _end(pool)
+            end_pool(pool)
     except TribowatchError as error:
         return Check("workers", Outcome.OUT_OF_REACH, str(error))
     except Exception as error:  # whatever a process may die of
@@ -54,11 +54,3 @@ def _work(pool: Executor) -> float:
     from monitor.warm import warm
 
     return pool.submit(warm).result(PATIENCE)
-
-
-def _end(pool: Executor) -> None:
-    """At once, also where the process hangs."""
-    for process in dict(getattr(pool, "_processes", None) or {}).values():
-        with contextlib.suppress(OSError, ValueError):
-            process.kill()
-    pool.shutdown(wait=False, cancel_futures=True)

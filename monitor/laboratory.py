@@ -6,7 +6,6 @@ cluster the work is done there instead, and a timeout or a lost scheduler costs 
 
 from __future__ import annotations
 
-import contextlib
 import queue
 import threading
 from collections.abc import Callable
@@ -15,7 +14,7 @@ from typing import Any
 
 import structlog
 
-from monitor.workers import local_pool
+from monitor.workers import end_pool, local_pool
 
 log = structlog.get_logger()
 
@@ -86,12 +85,8 @@ class Laboratory:
     def _stop(self) -> None:
         """End the process, at once."""
         pool, self._pool = self._pool, None
-        if pool is None:
-            return
-        for process in dict(getattr(pool, "_processes", None) or {}).values():
-            with contextlib.suppress(OSError, ValueError):
-                process.kill()
-        pool.shutdown(wait=False, cancel_futures=True)
+        if pool is not None:
+            end_pool(pool)
 
     def close(self) -> None:
         """Stop at once; what was on its way is asked again after a restart."""

@@ -41,6 +41,14 @@ def local_pool(workers: int, niceness: int = 0) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, mp_context=context, initializer=_settle_in, initargs=(niceness,))
 
 
+def end_pool(pool: Executor) -> None:
+    """Close `pool` at once, also where its processes hang."""
+    for process in dict(getattr(pool, "_processes", None) or {}).values():
+        with contextlib.suppress(OSError, ValueError):
+            process.kill()
+    pool.shutdown(wait=False, cancel_futures=True)
+
+
 def _end_fork_server() -> None:
     """Kill the process that forks the workers, whatever it is loading; who waits for a worker of it is told so."""
     from multiprocessing import forkserver
@@ -224,13 +232,8 @@ class Workers:
             self._restart()
 
     def _kill(self) -> None:
-        if self._pool is None:
-            return
-        processes = dict(getattr(self._pool, "_processes", None) or {})
-        for process in processes.values():
-            with contextlib.suppress(OSError, ValueError):
-                process.kill()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        if self._pool is not None:
+            end_pool(self._pool)
 
     def close(self) -> None:
         """Stop at once, also while the pool starts; windows without an answer are done again after a restart."""

@@ -29,7 +29,7 @@ const SHARES = new Set(['height', 'score', 'relative', 'baseline_scatter', 'base
 /** The number behind the alarm with where it was and is. */
 function indicator(known) {
   if (known.indicator_now === undefined) return known.indicator;
-  if (known.indicator_unit === '1') return `${known.indicator}: ${percent(known.indicator_now - known.indicator_baseline, 1)} ± ${number(100 * known.indicator_error, 2)} %`;
+  if (known.indicator.endsWith(' part')) return `${known.indicator}: ${percent(known.indicator_now - known.indicator_baseline, 1)} ± ${number(100 * known.indicator_error, 2)} %`;
   return `${known.indicator}: ${number(known.indicator_baseline, 4)} → ${number(known.indicator_now, 4)} ± ${number(known.indicator_error, 2)} ${unit(known.indicator_unit)}`;
 }
 
