@@ -107,13 +107,20 @@ class AxisRecorder:
         """Finish the last file."""
         self.roll()
 
-    def take(self, block: Block) -> None:
-        """Write what is new of `block`.
+    def misses(self, block: Block) -> bool:
+        """Whether samples of its epoch before `block` were not written."""
+        epoch, seq = self._next or (-1, 0)
+        return block.epoch >= epoch and block.seq > (seq if block.epoch == epoch else 0)
+
+    def take(self, block: Block, fetched: bool = False) -> None:
+        """Write what is new of `block`; what is known of a `fetched` one was asked for, and is no duplicate.
 
         Raises:
             RecordingError: it cannot be written.
         """
-        fresh = self._fresh(block)
+        fresh, known = self._fresh(block)
+        if not fetched:
+            self.counters.duplicates += known
         if fresh is None:
             return
         if self._first is not None and self._full(fresh):
@@ -144,13 +151,12 @@ class AxisRecorder:
             self._finish_part()
         self._first, self._bytes = None, 0
 
-    def _fresh(self, block: Block) -> Block | None:
-        """The part of `block` that was not written yet; None where all of it was."""
+    def _fresh(self, block: Block) -> tuple[Block | None, int]:
+        """The part of `block` that was not written yet, None where all of it was; and how many samples were."""
         if self._next is None or block.epoch > self._next[0]:
-            return block
+            return block, 0
         known = len(block) if block.epoch < self._next[0] else max(0, min(len(block), self._next[1] - block.seq))
-        self.counters.duplicates += known
-        return None if known == len(block) else _tail(block, known)
+        return (None if known == len(block) else _tail(block, known)), known
 
     def _full(self, block: Block) -> bool:
         first = self._first

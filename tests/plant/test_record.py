@@ -248,6 +248,29 @@ def test_recorded_replayed_and_recorded_again_gives_the_same_samples_and_stamps(
         assert one.begin_ns == two.begin_ns == START
 
 
+def test_what_came_too_early_is_asked_of_the_cache_and_written_in_order(hub, tmp_path):
+    endpoint, session = hub
+    key, asked = keys.samples_key("s", "axis-1"), []
+
+    def answer(query):
+        asked.append(query.key_expr)
+        for seq in (0, 100, 400):
+            query.reply(key, encode_block(block(seq)), encoding="application/cbor")
+
+    recorder = Recording(endpoint, tmp_path / "out")
+    with session.declare_queryable(f"{key}/@adv/pub/here/1/_", answer), session.declare_publisher(key) as publisher:
+        while not publisher.matching_status.matching:
+            time.sleep(0.01)
+        for seq in (200, 300, 500, 600, 800):
+            publisher.put(encode_block(block(seq)), encoding="application/cbor")
+        recorder.wait(800)  # 700 is nowhere
+        counters = recorder.end().axes["axis-1"]
+    assert (counters.samples, counters.missing, counters.duplicates) == (800, 100, 0)
+    assert 1 <= len(asked) <= 2  # Zenoh may ask too
+    (path,) = written(tmp_path / "out")
+    check(read_recording(path, AXIS), [block(seq) for seq in (0, 100, 200, 300, 400, 500, 600, 800)])
+
+
 def test_garbage_beside_a_stream_is_counted_and_not_written(hub, tmp_path):
     endpoint, _session = hub
     recorder = Recording(endpoint, tmp_path / "out", axes=["axis-1"])
