@@ -1,8 +1,8 @@
 """Does the answer depend on how strong the observer is? With a complete model it does not (Hausman 1978).
 
 A weak observer lets a wrong model bend the parameters over whole strokes, a strong one lets the latent force take the
-blame. What one Gauss-Newton step under a weaker observer moves the answer by, beyond what its blocks say chance would
-do, is a model error that no scatter within the window shows; it belongs into the interval.
+blame. What one Gauss-Newton step under a weaker observer moves the answer by, beyond what chance would do (by the waves
+of `waves.py`), is a model error that no scatter within the window shows; it belongs into the interval.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from identify.observer import gain_table
 from identify.problem import FrictionProblem
+from identify.waves import waves
 
 Floats = NDArray[np.float64]
 
 WEAKER = 0.1  # of rho
-BLOCKS = 10  # pieces whose scatter says what chance would do
 CHANCE = 2.0  # standard deviations of the drift
 
 
@@ -44,15 +44,13 @@ def gain_drift(problem: FrictionProblem, x: Floats, gain: Floats, free: NDArray[
     there = _pulls(error, slope[:, free], prior)
     apart = there - here
     drift = apart.sum(axis=0)  # the sum of `here` is what the optimum has left: nothing but the prior's pull
-    chance = np.sqrt(BLOCKS / (BLOCKS - 1) * ((apart - apart.mean(axis=0)) ** 2).sum(axis=0))
+    chance = np.sqrt(2.0 * np.mean((waves(len(apart))[1:] @ apart) ** 2, axis=0))
     share = 1.0 - (CHANCE * chance / np.maximum(np.abs(drift), 1e-300)) ** 2
     return np.asarray(drift * np.sqrt(np.clip(share, 0.0, 1.0)), dtype=np.float64)
 
 
 def _pulls(error: Floats, slope: Floats, prior: Floats) -> Floats:
-    """What each block of the errors (n,) with derivatives (n, q) moves the answer by. (BLOCKS, q)"""
-    edges = np.linspace(0, len(error), BLOCKS + 1).astype(np.int64)[:-1]
+    """What each of the errors (n,) with derivatives (n, q) moves the answer by. (n, q)"""
     variance = float(error @ error) / len(error) + 1e-300
-    score = np.add.reduceat(slope * error[:, None], edges, axis=0)
     posterior = np.linalg.pinv(slope.T @ slope + variance * prior, hermitian=True)
-    return np.asarray(-score @ posterior, dtype=np.float64)
+    return np.asarray(-(slope * error[:, None]) @ posterior, dtype=np.float64)

@@ -66,7 +66,7 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
     for k in np.argsort(ends.loss):
         if ends.loss[k] <= limit:
             held = problem.pinned(STRIBECK, float(ends.x[k, STRIBECK]))
-            found.append(Alternative(ends.x[k], float(ends.loss[k]), uncertainty(held, ends.x[k], gain)))
+            found.append(Alternative(ends.x[k], float(ends.loss[k]) - best, uncertainty(held, ends.x[k], gain)))
     return found
 
 
