@@ -24,8 +24,10 @@ MANY = 0.02  # share of samples above which "spikes" are how this signal looks
 
 def spread(x: Floats) -> float:
     """Robust standard deviation about zero: of the median and of the 90 % quantile the larger."""
-    size = np.abs(x)
-    return float(max(np.median(size) / 0.6745, np.quantile(size, 0.9) / 1.645)) if len(x) else 0.0
+    if not len(x):
+        return 0.0
+    middle, high = np.quantile(np.abs(x), (0.5, 0.9))
+    return float(max(middle / 0.6745, high / 1.645))
 
 
 def running_median(x: Floats) -> Floats:
@@ -89,11 +91,16 @@ def unwrapped(y: Floats) -> tuple[Floats, int, float]:
     return np.asarray(y + np.cumsum(shift), dtype=np.float64), len(wraps), turn
 
 
-def excursions_and_jumps(t: Floats, y: Floats, resolution: float) -> tuple[Bools, Ints]:
-    """Samples impossibly far away that come back (n,), and the indices at which the position jumped for good."""
+def excursions_and_jumps(y: Floats, furthest: Floats) -> tuple[Bools, Ints]:
+    """Samples impossibly far away that come back (n,), and the indices at which the position jumped for good.
+
+    Args:
+        y: position. [m] (n,)
+        furthest: `largest_step` of it. [m] (n - 1,)
+    """
     away = np.zeros(len(y), dtype=np.bool_)
     hop = np.diff(y)
-    hops = np.flatnonzero(np.abs(hop) > largest_step(t, y, resolution)).tolist()
+    hops = np.flatnonzero(np.abs(hop) > furthest).tolist()
     jumps: list[int] = []
     while hops:
         k = hops.pop(0)
@@ -138,8 +145,8 @@ def force_spikes(force: Floats) -> Bools:
         return np.zeros(len(force), dtype=np.bool_)
     padded = np.pad(force, 2, mode="edge")
     off = force - running_median(padded)
-    reach = float(np.quantile(force, 0.995) - np.quantile(force, 0.005))
-    bad = np.abs(off) > max(SIGMAS * spread(off), FORCE_SPIKE * reach)
+    low, high = np.quantile(force, (0.005, 0.995))
+    bad = np.abs(off) > max(SIGMAS * spread(off), FORCE_SPIKE * (high - low))
     return bad if 0 < bad.mean() <= MANY else np.zeros(len(force), dtype=np.bool_)
 
 

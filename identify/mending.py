@@ -60,12 +60,13 @@ class Mender:
         if self._axis.is_rotary:
             position, wraps, turn = unwrapped(position)
             self._count(f"wraps of the angle by {turn:.6g} rad undone", wraps)
-        reach = float(np.quantile(force, 0.99) - np.quantile(force, 0.01))
-        acceleration = 2.0 * reach / self._axis.mechanics.moving_mass
+        low, high = np.quantile(force, (0.01, 0.99))
+        acceleration = 2.0 * float(high - low) / self._axis.mechanics.moving_mass
         step = float(np.median(np.diff(t)))
-        quiet = 2.0 * resolution + 0.25 * float(largest_step(t, position, resolution).max())
+        furthest = largest_step(t, position, resolution)
+        quiet = 2.0 * resolution + 0.25 * float(furthest.max())
         stuck = frozen(position, max(quiet, 0.5 * acceleration * step**2))
-        away, jumps = excursions_and_jumps(t, position, resolution)
+        away, jumps = excursions_and_jumps(position, furthest)
         jumps = jumps[~stuck[np.maximum(jumps - 1, 0)]]
         away &= ~stuck
         position = _bridged(t, position, ~(away | stuck))

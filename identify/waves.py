@@ -13,6 +13,8 @@ Pustejovsky & Tipton 2018): a parameter that a single stroke tells gets the wide
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
@@ -25,9 +27,12 @@ NORMAL = 1.959964
 LEAST_SEEN = 1e-2  # of a wave's information: keeps what the fit hides altogether from dividing by zero
 
 
-def waves(n: int, highest: int = WAVES) -> Floats:
-    """Cosines of 0, 1/2, 1, ... `highest`/2 periods over n samples. (highest + 1, n)"""
-    return np.asarray(np.cos(np.outer(np.arange(highest + 1), np.pi * (np.arange(n) + 0.5) / n)), dtype=np.float64)
+@lru_cache(maxsize=8)
+def waves(n: int) -> Floats:
+    """Cosines of 0, 1/2, 1, ... `WAVES` periods over n samples; the scatter is of the first half. (2 WAVES + 1, n)"""
+    cosines = np.cos(np.outer(np.arange(2 * WAVES + 1), np.pi * (np.arange(n) + 0.5) / n))
+    cosines.flags.writeable = False
+    return np.asarray(cosines, dtype=np.float64)
 
 
 def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -> Floats:
@@ -42,7 +47,7 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     size, turn = np.linalg.eigh(slope.T @ slope / variance + prior)
     root = turn / np.sqrt(np.maximum(size, size[-1] * 1e-15))
     white = slope @ root / np.sqrt(variance)
-    cosines = waves(len(error), 2 * WAVES)
+    cosines = waves(len(error))
     score = np.sqrt(2.0) * cosines[1 : WAVES + 1] @ (white * error[:, None]) / np.sqrt(variance)
     seen = _seen(cosines, white)
     own = np.arange(WAVES)
