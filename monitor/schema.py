@@ -8,10 +8,11 @@ from alembic import command
 from alembic.config import Config as AlembicConfig
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import Connection, Engine
+from sqlalchemy import Connection, Engine, inspect
 
 from monitor.database import explained, make_engine
 from monitor.errors import DatabaseError
+from monitor.models import Base
 
 
 def alembic_config(connection: Connection | None = None) -> AlembicConfig:
@@ -66,7 +67,8 @@ def check_version(connection: Connection, url: str, *, must_be_current: bool = F
     """Refuse a database whose schema this program does not know; its revision, None for an empty one.
 
     Raises:
-        DatabaseError: written by a newer program; or, with `must_be_current`, empty or by an older one.
+        DatabaseError: written by a newer program, or by another one; or, with `must_be_current`, empty or by an older
+            one.
     """
     current = MigrationContext.configure(connection).get_current_revision()
     scripts = ScriptDirectory.from_config(alembic_config())
@@ -74,6 +76,16 @@ def check_version(connection: Connection, url: str, *, must_be_current: bool = F
     where = (connection.engine.url.database or url).removeprefix("file:")
     if current is not None and current not in known:
         raise DatabaseError(f"{where}: schema {current!r} is newer than this program knows; upgrade tribowatch")
+    if current is None and (strange := _strange_tables(connection)):
+        raise DatabaseError(
+            f"{where}: holds another program's table {strange[0]!r}; give tribowatch a database of its own"
+        )
     if must_be_current and current != scripts.get_current_head():
         raise DatabaseError(f"{where}: schema {current!r} is older than this program: tribowatch upgrade")
     return current
+
+
+def _strange_tables(connection: Connection) -> list[str]:
+    """Tables in a database without a schema of ours: any in a file; on a server, where others may live, our names."""
+    there = set(inspect(connection).get_table_names()) - {"alembic_version"}
+    return sorted(there if connection.dialect.name == "sqlite" else there & set(Base.metadata.tables))

@@ -78,7 +78,12 @@ def run_command(arguments: list[str]) -> int:
         return _complain(arguments, error, EXIT_BUG)
     except UsageError as error:
         return _complain_usage(error)
-    except (KeyboardInterrupt, typer.Abort):
+    except typer.Abort:
+        if sys.stdin is not None and sys.stdin.isatty():
+            return EXIT_INTERRUPTED
+        unheard = InputError("asks before it goes on, and nobody answers here; --yes goes on without asking")
+        return _complain(arguments, unheard, EXIT_INPUT)
+    except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -107,7 +107,7 @@ def test_a_back_up_on_another_machine_gives_the_same_trend_and_alarms(demo, tmp_
 
 def test_deleting_asks_first(demo, capsys, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
-    assert run_command(["axes", "delete", "axis-0001", "--config", str(demo)]) == 130
+    assert run_command(["axes", "delete", "axis-0001", "--config", str(demo)]) == 2
 
 
 def test_nobody_to_command_is_said(tmp_path, monkeypatch, capsys):

@@ -1,5 +1,6 @@
 """The history: each window once, restarts, migrations up and down, and databases that are none."""
 
+import contextlib
 import dataclasses
 import json
 import sqlite3
@@ -176,6 +177,17 @@ def test_a_schema_of_the_future_is_refused(store, url):
     for open_it in (Store, Reader):
         with pytest.raises(DatabaseError, match="newer than this program"):
             open_it(url)
+
+
+@pytest.mark.parametrize("open_it", [Store, Reader])
+def test_another_programs_database_is_left_alone(tmp_path, open_it):
+    path = tmp_path / "history.db"
+    with contextlib.closing(sqlite3.connect(path)) as other:
+        other.execute("create table bookmarks (url text)")
+    with pytest.raises(DatabaseError, match=r"history\.db: holds another program's table 'bookmarks'"):
+        open_it(f"sqlite:///{path}")
+    with contextlib.closing(sqlite3.connect(path)) as other:
+        assert other.execute("select name from sqlite_master").fetchall() == [("bookmarks",)]
 
 
 @pytest.mark.parametrize("open_it", [Store, Reader])
