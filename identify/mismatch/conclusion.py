@@ -35,14 +35,14 @@ from identify.uncertainty import Uncertainty
 from plant.axis import Axis
 from plant.recording import Recording
 
-REST = (
-    0.016  # of the dry friction: latent force beside a name, a little above that of a complete model, above which ...
-)
+REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
+HOLLOW = 0.2, 3.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
+# data: names that leave more of both describe the fitted motion, not the machine
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -99,8 +99,13 @@ class Conclusion:
         return any(guise.stiff for guise in self.selection.chosen.problem.guises)
 
     def pays(self) -> bool:
-        """Whether the chosen effects predict unseen data so much better that naming them is worth it."""
-        return self.blind or self._held_out(self.final) < WORTH * self._held_out(self.selection.baseline)
+        """Whether the chosen effects predict unseen data so much better, too, that naming them is worth it."""
+        if self.blind:
+            return True
+        baseline, least, times = self.selection.baseline, *HOLLOW
+        fitted = self.final.short_run() / max(baseline.short_run(), 1e-300)
+        unseen = self._held_out(self.final) / max(self._held_out(baseline), 1e-300)
+        return unseen < WORTH and (unseen < least or unseen < times * fitted)
 
     @cached_property
     def stands(self) -> bool:

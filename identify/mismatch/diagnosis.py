@@ -27,6 +27,9 @@ from plant.recording import Recording
 
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
+RESTLESS = (
+    0.3  # of the logged force's variance from sample to sample: in a loop, what acted in between is anybody's guess
+)
 CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
 
 
@@ -71,6 +74,13 @@ def conclude(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
+    restless = max(map(_restless, recordings)) if doubtful else 0.0
+    if restless > RESTLESS:
+        reason = (
+            f"{restless:.0%} of the logged force is restlessness from sample to sample: what acted between the samples "
+            "of this loop is not known; log its mean, or filter the loop's velocity"
+        )
+        return _insufficient(recordings, axis, seed, reason)
     progress(Doing(Stage.BASELINE, "baseline"))
     evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, seed)
     reason = _too_little(baseline, evidence.train)
@@ -81,6 +91,13 @@ def conclude(
     ways = guises({name: find(name) for name in names()}, setting)
     selection = select(baseline, ways, evidence.held_out, progress)
     return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
+
+
+def _restless(recording: Recording) -> float:
+    """Share of the force's variance that is white, from its second differences (von Neumann 1941)."""
+    force = recording.force[np.isfinite(recording.force)]
+    white = float(np.mean(np.diff(force, 2) ** 2)) / 6.0
+    return white / max(float(np.var(force)), 1e-300)
 
 
 def _insufficient(recordings: Sequence[Recording], axis: Axis, seed: int, reason: str) -> Diagnosis:

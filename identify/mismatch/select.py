@@ -19,17 +19,18 @@ KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
+FAMILIES = (
+    frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
+    frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
+    frozenset({"inertia_error", "torque_scale_error", "load_dependent_friction", "quadratic_drag"}),
+    frozenset({"viscous_asymmetry", "quadratic_drag"}),
+    frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
+    frozenset({"presliding_hysteresis", "backlash", "dwell_time_stiction"}),
+    frozenset({"thermal_drift", "step_change"}),
+)
 TWINS = {
-    name: family - {name}
-    for family in (
-        frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
-        frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
-        frozenset({"inertia_error", "torque_scale_error", "load_dependent_friction", "quadratic_drag"}),
-        frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
-        frozenset({"presliding_hysteresis", "backlash", "dwell_time_stiction"}),
-        frozenset({"thermal_drift", "step_change"}),
-    )
-    for name in family
+    name: frozenset().union(*(family for family in FAMILIES if name in family)) - {name}
+    for name in frozenset().union(*FAMILIES)
 }
 
 
@@ -112,6 +113,8 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         selection.chosen = best.fit
     if len(selection.steps) > 1:
         _reconsider(selection, guises, unseen, progress)
+    if selection.steps:
+        _try_twins(selection, guises, unseen, progress)
     return selection
 
 
@@ -161,6 +164,23 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
             selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
         again = {s.guise for s in tried}
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in again)]
+
+
+def _try_twins(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
+    """Fit the last effect's twins that no shortlist had room for: a name is sure only where its twins were tried."""
+    index = len(selection.steps) - 1
+    last, tried = selection.steps[index], {step.guise.name for step in selection.rivals[index]}
+    taken = {step.guise.name for step in selection.steps}
+    untried = TWINS.get(last.guise.name, frozenset()) - tried - taken
+    offered = [guise for guise in guises if guise.name in untried]
+    if not offered:
+        return
+    rest = selection.baseline if len(selection.chosen.problem.guises) == 1 else without(selection.chosen, last.guise)
+    _, steps = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
+    selection.rivals[index] = [*steps, *selection.rivals[index]]
+    best = next((step for step in steps if step.refused is None), None)
+    if best is not None and cost(best.fit) < cost(selection.chosen):
+        selection.steps[index], selection.chosen = best, best.fit
 
 
 def without(fitted: Fit, guise: Guise) -> Fit:

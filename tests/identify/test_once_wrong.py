@@ -32,3 +32,26 @@ def test_an_offset_beside_a_lag_of_another_shape_may_be_an_offset(answered):
 def test_what_a_data_sheet_does_not_know_is_no_finding(answered):
     """The machine is complete; a mass 0.6 % off would explain a little of its rough sensors."""
     assert answered(8900, 52).verdict is Verdict.NO_MISMATCH
+
+
+def test_the_twin_of_a_name_is_tried_though_no_shortlist_had_room_for_it(answered):
+    """A torque constant 6 % off, called a wrong mass: on this axis they are one and the same."""
+    assert {frozenset({"torque_scale_error"}), frozenset({"inertia_error"})} <= {
+        frozenset(names) for names in answered(8700, 34).alternatives
+    }
+
+
+def test_a_loop_that_logs_its_own_restlessness_tells_nothing(answered):
+    found = answered(8700, 37)
+    assert found.verdict is Verdict.INSUFFICIENT_DATA
+    assert "restlessness from sample to sample" in (found.reason or "")
+
+
+def test_a_name_that_describes_the_fitted_motion_alone_is_none(answered):
+    """Friction that only rises in one direction beyond some speed: nothing of the catalogue."""
+    assert answered(8700, 19).verdict is Verdict.UNEXPLAINED
+
+
+def test_a_name_that_leaves_most_of_the_latent_force_is_none(answered):
+    """A magnet beside the rail is no ripple of the motor."""
+    assert answered(8700, 25).verdict is Verdict.UNEXPLAINED
