@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Fit, block_z
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import coordinates
-from identify.mismatch.nameless import AGREED, EVIDENCE, SMALLEST, Structure, gained, gains_of_pairs, net_force
+from identify.mismatch.nameless import (
+    AGREED,
+    EVIDENCE,
+    SMALLEST,
+    Structure,
+    gained,
+    gains_of_pairs,
+    likelier,
+    net_force,
+)
 from identify.mismatch.probes import View, shape_of
 from identify.preprocess import Samples
 
@@ -32,7 +41,7 @@ def tone(here: View, there: View) -> Structure | None:
     tones = np.arange(TONES[0], min(TONES[1], 0.2 / samples.sample_time), step)
     gains = gains_of_pairs(here, _waves(samples, tones))
     top = int(np.argmax(gains))
-    evidence = float(gains[top]) - 2.0 * float(np.log(len(tones)))
+    evidence = likelier(here, float(gains[top])) - 2.0 * float(np.log(len(tones)))
     if evidence < EVIDENCE:
         return None
     waves = _waves(samples, tones[[top]])

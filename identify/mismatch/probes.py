@@ -12,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit
+from identify.observer import gain_table
 from identify.preprocess import Samples
 from plant.kernels.laws import LANES
 
 Floats = NDArray[np.float64]
 
 PUSH = 0.02  # of the dry friction: a force small enough to act in proportion
+WEAKER = 10.0, 100.0, np.inf  # times: observers that let more show
+WIDTHS = np.array([0.003, 0.01, 0.03, 0.1, 0.3, 1.0])  # of the dry friction: forces that a shape may take
+PASSES = 3  # between a shape's weights and the variance that is left of the errors
 ABSORBED = 1e-4  # share of a response that must be left past the baseline
 
 
@@ -74,34 +78,83 @@ class View:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Outlook:
+    """Fitted and unseen data seen through one observer, beside the likeliest one.
+
+    A strong observer is likeliest where much is left out, and it swallows what is left out; a weaker one shows it.
+
+    Attributes:
+        here: the fitted data.
+        there: the unseen data.
+        behind: twice the log of how much likelier the fitted data are under the likeliest observer. [1]
+        rival: the unseen data under that one.
+    """
+
+    here: View
+    there: View
+    behind: float
+    rival: View
+
+    def gained(self, change: Floats) -> Floats:
+        """Twice the log-likelihood per unseen sample gained by a change (n,) of the errors, on the rival. (n,)"""
+        error = self.there.error + change
+        variance = float(error @ error) / len(error)
+        likelier = float(np.log(self.rival.variance / variance))
+        return likelier + self.rival.error**2 / self.rival.variance - error**2 / variance
+
+
+def outlooks(fit: Fit, moved: Fit) -> list[Outlook]:
+    """A fit, and the same model on unseen data, through the likeliest observer and through weaker ones."""
+    gains, settings = gain_table(fit.problem.samples.sample_time)
+    tau, rho = fit.found.setting
+    chosen = [fit.found.gain]
+    for times in WEAKER:
+        weaker = np.flatnonzero((settings[0] == tau) & (settings[1] <= 1.01 * rho / times))
+        gain = gains[:, weaker[-1]] if len(weaker) else gains[:, 0]
+        if not any((gain == other).all() for other in chosen):
+            chosen.append(gain)
+    first, rival = View.of(fit, chosen[0]), View.of(moved, chosen[0])
+    found = [Outlook(first, rival, 0.0, rival)]
+    for gain in chosen[1:]:
+        here = View.of(fit, gain)
+        behind = len(here.error) * float(np.log(here.variance / first.variance))
+        found.append(Outlook(here, View.of(moved, gain), behind, rival))
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Shape:
     """The force along a coordinate that the prediction errors ask for.
 
     Attributes:
         weights: newtons per probe. [N] (q,)
         evidence: twice the log marginal likelihood ratio against no force at all. [1]
-        explained: change of the prediction errors that it takes away. [m] (n,)
     """
 
     weights: Floats
     evidence: float
-    explained: Floats
 
 
 def shape_of(view: View, responses: Floats) -> Shape:
-    """Newtons of each probe under a common prior whose width is the likeliest.
+    """Newtons of each probe under a common prior, with the width of the prior that is likeliest.
+
+    The variance of the errors is estimated with the shape in, so that views at different gains can be compared.
 
     Args:
         view: where the errors come from.
         responses: of the probes. [m/N] (n, q)
     """
-    normal = responses.T @ responses / view.variance
-    along = -(responses.T @ view.error) / view.variance
-    best: tuple[float, Floats] = (0.0, np.zeros(len(along)))
-    for width in view.fit.dry_level * np.array([0.003, 0.01, 0.03, 0.1, 0.3]):
-        posterior = normal + np.eye(len(along)) / width**2
-        weights = np.linalg.solve(posterior, along)
-        evidence = float(along @ weights) - float(np.linalg.slogdet(posterior * width**2)[1])
-        if evidence > best[0]:
-            best = evidence, weights
-    return Shape(best[1], best[0], -(responses @ best[1]))
+    normal, along = responses.T @ responses, -(responses.T @ view.error)
+    best = Shape(np.zeros(len(along)), 0.0)
+    for width in view.fit.dry_level * WIDTHS:
+        variance = view.variance
+        for _ in range(PASSES):
+            posterior = normal / variance + np.eye(len(along)) / width**2
+            weights = np.linalg.solve(posterior, along / variance)
+            rest = view.variance - float(weights @ (2.0 * along - normal @ weights)) / len(view.error)
+            variance = max(rest, 1e-9 * view.variance)
+        likelier = len(view.error) * float(np.log(view.variance / variance))
+        price = float(weights @ weights) / width**2 + float(np.linalg.slogdet(posterior * width**2)[1])
+        if likelier - price > best.evidence:
+            best = Shape(weights, likelier - price)
+    return best

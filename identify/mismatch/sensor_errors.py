@@ -8,7 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import block_z
-from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, Structure, gain_of_one, gain_of_pair, gained
+from identify.mismatch.nameless import (
+    AGREED,
+    EVIDENCE,
+    HELD_OUT,
+    Structure,
+    gain_of_one,
+    gain_of_pair,
+    gained,
+    likelier,
+)
 from identify.mismatch.probes import View
 from identify.preprocess import Samples
 
@@ -28,7 +37,7 @@ def encoder_error(here: View, there: View) -> Structure | None:
     travel = float(np.ptp(samples.position))
     numbers = np.arange(*WAVES, 0.5) / travel
     best, most = _best_wave(here, numbers)
-    evidence = most - 2.0 * float(np.log(len(numbers)))
+    evidence = likelier(here, most) - 2.0 * float(np.log(len(numbers)))
     if evidence < SURE * EVIDENCE:
         return None
     best, _ = _best_wave(here, best + np.linspace(-0.5, 0.5, FINER) / travel)
@@ -76,7 +85,7 @@ def slip(view: View) -> Structure | None:
         after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
         change = _shifted(view, after.astype(np.float64)[:, None])
         best = max(best, (gain_of_one(view, change[:, 0]), k))
-    evidence = best[0] - 2.0 * float(np.log(len(samples)))
+    evidence = likelier(view, best[0]) - 2.0 * float(np.log(len(samples)))
     if evidence < EVIDENCE:
         return None
     when = float(samples.t[best[1]])

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import block_z
 from identify.mismatch.locate import coordinates
-from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, SMALLEST, Structure, gained, net_force
-from identify.mismatch.probes import Shape, View, shape_of
+from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, SMALLEST, Structure, net_force
+from identify.mismatch.probes import Outlook, Shape, View, shape_of
 
 Floats = NDArray[np.float64]
 
@@ -69,17 +69,19 @@ def _turns(angle: Floats) -> Floats:
     return np.stack([wave(k * angle) for k in TURNS for wave in (np.cos, np.sin)], axis=1)
 
 
-def judged(here: View, there: View, probe: Probe) -> Structure | None:
+def judged(outlook: Outlook, probe: Probe) -> Structure | None:
     """The shape along one coordinate, if it is sure, holds on unseen data and is big enough to matter."""
+    here, there = outlook.here, outlook.there
     shape = shape_of(here, here.responses(probe.here))
-    if shape.evidence < EVIDENCE:
+    evidence = shape.evidence - outlook.behind
+    if evidence < EVIDENCE:
         return None
     force = net_force(here, probe.here @ shape.weights)
-    gain = gained(there, there.responses(probe.there) @ shape.weights)
+    gain = outlook.gained(there.responses(probe.there) @ shape.weights)
     z = block_z(gain)
     if force < SMALLEST * here.fit.dry_level or float(gain.sum()) < HELD_OUT or z < AGREED:
         return None
-    return Structure(probe.coordinate, _where(probe, shape), shape.evidence, z, force)
+    return Structure(probe.coordinate, _where(probe, shape), evidence, z, force)
 
 
 def _where(probe: Probe, shape: Shape) -> tuple[float, float]:

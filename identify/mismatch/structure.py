@@ -14,7 +14,7 @@ import numpy as np
 from identify.mismatch.compare import Fit
 from identify.mismatch.events import burst, stretch, tone
 from identify.mismatch.nameless import Structure
-from identify.mismatch.probes import View
+from identify.mismatch.probes import outlooks
 from identify.mismatch.sensor_errors import encoder_error, slip
 from identify.mismatch.shapes import along_coordinates, judged
 from identify.preprocess import Samples
@@ -22,9 +22,14 @@ from identify.preprocess import Samples
 
 def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list[Structure]:
     """Everything that is sure, the most evident first; where one is `suspicious`, events that came once too."""
-    here = View.of(fit, fit.found.gain)
-    there = View.of(_moved(fit, held_out), fit.found.gain)
-    found = [s for probe in along_coordinates(here, there) if (s := judged(here, there, probe)) is not None]
+    views = outlooks(fit, _moved(fit, held_out))
+    here, there = views[0].here, views[0].there
+    found = [
+        structure
+        for one in views
+        for probe in along_coordinates(one.here, one.there)
+        if (structure := judged(one, probe)) is not None
+    ]
     others = (
         tone(here, there),
         encoder_error(here, there),
