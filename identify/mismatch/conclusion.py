@@ -37,7 +37,7 @@ from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
-LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
+LEFT = 0.25  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
@@ -100,12 +100,10 @@ class Conclusion:
 
     def pays(self) -> bool:
         """Whether the chosen effects predict unseen data so much better, too, that naming them is worth it."""
-        if self.blind:
-            return True
         baseline, least, times = self.selection.baseline, *HOLLOW
         fitted = self.final.short_run() / max(baseline.short_run(), 1e-300)
         unseen = self._held_out(self.final) / max(self._held_out(baseline), 1e-300)
-        return unseen < WORTH and (unseen < least or unseen < times * fitted)
+        return unseen < WORTH and (self.blind or unseen < least or unseen < times * fitted)
 
     @cached_property
     def stands(self) -> bool:
@@ -128,7 +126,7 @@ class Conclusion:
             verdict = Verdict.UNEXPLAINED if found or not self.stands else Verdict.NO_MISMATCH
             return self._answer(verdict, baseline, (), found)
         offset = self.constant
-        if offset is not None:
+        if offset is not None and self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen):
             return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
         if named:
             return self._answer(Verdict.EXPLAINED, self.selection.chosen, named, [])

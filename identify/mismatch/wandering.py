@@ -11,6 +11,7 @@ from identify.mismatch.probes import View
 
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the named change's evidence: if another step has this much, friction wanders
+NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 ONCE = ("step_change", "thermal_drift")
 
 
@@ -28,8 +29,18 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     samples = view.foreseen()
     direction = coordinates(samples, fitted.problem.axis)["direction"]
     moments = np.linspace(0.0, float(samples.t.max()), MOMENTS + 2)[1:-1]
+    if name == "step_change":
+        moments = moments[np.abs(moments - _moment(fitted)) > NEAR * float(samples.t.max())]
     seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
     most = max(gain_of_one(view, one) for one in seen.T)
     if most < MORE * evidence:
         return None
     return f"friction steps at other moments too (evidence {most:.0f} for one more)"
+
+
+def _moment(fitted: Fit) -> float:
+    """When the friction of a model with a `step_change` steps. [s]"""
+    guise = next(guise for guise in fitted.problem.guises if guise.name == "step_change")
+    index = next(k for k, unknown in enumerate(guise.unknowns) if unknown.parameter == "time")
+    start = fitted.problem.slot(guise).start
+    return float(guise.unknowns[index].value(fitted.x[start + index, None])[0])

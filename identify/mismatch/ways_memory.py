@@ -68,10 +68,11 @@ def thermal(e: Effect, s: Setting) -> list[Guise]:
 
 
 def step(e: Effect, s: Setting) -> list[Guise]:
-    """Dry friction from one moment on, at 24 moments."""
+    """Dry friction from one moment on, at 24 moments; the static friction stays, or changes as much."""
     unknowns = (
         Unknown("step", 0.1 * s.force, -2 * s.force, 2 * s.force),
         Unknown("time", 0.03 * s.duration, 0.0, s.duration, spread=100.0),
     )
     times = np.linspace(0.0, s.duration, 26)[1:-1]
-    return [Guise(e, unknowns, grid([0.05 * s.force], list(times)))]
+    starts = grid([0.05 * s.force], list(times))
+    return [Guise(e, unknowns, starts, (("static_share", share),)) for share in (0.0, 1.0)]

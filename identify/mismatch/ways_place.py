@@ -9,6 +9,8 @@ import numpy as np
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
+LONGEST = 1.5  # of the travel: a turn of the motor whose ripple shows on it
+
 
 def position_friction(e: Effect, s: Setting) -> list[Guise]:
     """A slope of the dry friction."""
@@ -59,7 +61,8 @@ def ripple(e: Effect, s: Setting) -> list[Guise]:
     """Waves of a turn of the motor, of its parts, and wherever the residual force repeats."""
     mechanics = s.axis.mechanics
     turn = 2.0 * math.pi * mechanics.Rm
-    periods = [p for p in (turn, turn / 2, turn / 3, turn / 6, *s.periods) if 1e-3 * s.travel < p < s.travel]
+    whole = [turn] if 1e-3 * s.travel < turn < LONGEST * s.travel else []
+    periods = whole + [p for p in (turn / 2, turn / 3, turn / 6, *s.periods) if 1e-3 * s.travel < p < s.travel]
     if not periods:
         return []
     known = None if mechanics.Rm == 1.0 and not s.axis.is_rotary else turn  # an axis file may leave the radius out
