@@ -17,6 +17,7 @@ MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
+DETOURS = 2  # names that get a try where something likelier, but odd, kept them from being given
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 FAMILIES = (
@@ -64,6 +65,8 @@ def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell =
     it then gets its own try with what is found on top of it.
     """
     first = _forward(Selection(baseline, baseline), guises, unseen, progress)
+    if not first.steps:
+        return _around(first, guises, unseen, progress)
     found = [first, *(_forward(begun, guises, unseen, progress) for begun in _other_openings(first))]
     best = min(found, key=lambda one: cost(one.chosen))
     best.others = [one for one in found if one is not best and cost(one.chosen) < cost(best.chosen) + TIED_BIC]
@@ -86,6 +89,21 @@ def _other_openings(first: Selection) -> list[Selection]:
                 Selection(first.baseline, step.fit, [step], [first.opening], shift=shift, opening=first.opening)
             )
     return begun[:OPENINGS]
+
+
+def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
+    """Two names that together are likelier than what kept every single one from being given; or `first`.
+
+    What is refused for being odd may be two effects that the search took for one.
+    """
+    fair = sorted((step for step in first.opening if step.refused is None), key=lambda step: cost(step.fit))
+    likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
+    for step in list({step.guise.name: step for step in reversed(fair)}.values())[::-1][:DETOURS]:
+        begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
+        found = _forward(begun, guises, unseen, progress)
+        if len(found.steps) > 1 and cost(found.chosen) < likeliest - TIED_BIC:
+            return found
+    return first
 
 
 def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
