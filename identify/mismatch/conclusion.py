@@ -36,12 +36,13 @@ from plant.axis import Axis
 from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
-KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
+KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little, ...
+PROVEN = 0.1  # ... unless it leaves no more of the squared error of free runs on unseen data
 LEFT = 0.25  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-HOLLOW = 0.2, 3.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
+HOLLOW = 0.2, 6.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
 # data: names that leave more of both describe the fitted motion, not the machine
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
@@ -110,9 +111,10 @@ class Conclusion:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
-        if after > REST * baseline.dry_level and after > KEPT * before:
+        unseen = free_run_ratio(baseline, chosen, self.evidence.held_out)
+        if after > REST * baseline.dry_level and after > KEPT * before and unseen > PROVEN:
             return False
-        if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
+        if not self.blind and unseen >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.criterion import noise_level
 from identify.errors import InputError
@@ -24,6 +25,8 @@ from identify.uncertainty import Uncertainty
 from plant.axis import Axis, TorqueHold
 from plant.effects import find, names
 from plant.recording import Recording
+
+Floats = NDArray[np.float64]
 
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
@@ -74,7 +77,8 @@ def conclude(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
-    restless = max(map(_restless, recordings)) if doubtful else 0.0
+    gathered = gather(recordings, axis)
+    restless = _restless(gathered.train.force) if doubtful else 0.0
     if restless > RESTLESS:
         reason = (
             f"{restless:.0%} of the logged force is restlessness from sample to sample: what acted between the samples "
@@ -82,7 +86,7 @@ def conclude(
         )
         return _insufficient(recordings, axis, seed, reason)
     progress(Doing(Stage.BASELINE, "baseline"))
-    evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, seed)
+    evidence, baseline = read_torque(gathered, axis, doubtful, seed)
     reason = _too_little(baseline, evidence.train)
     if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
@@ -93,9 +97,8 @@ def conclude(
     return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
 
 
-def _restless(recording: Recording) -> float:
-    """Share of the force's variance that is white, from its second differences (von Neumann 1941)."""
-    force = recording.force[np.isfinite(recording.force)]
+def _restless(force: Floats) -> float:
+    """Share of the variance of a force (n,) that is white, from its second differences (von Neumann 1941)."""
     white = float(np.mean(np.diff(force, 2) ** 2)) / 6.0
     return white / max(float(np.var(force)), 1e-300)
 
