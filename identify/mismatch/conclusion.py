@@ -42,7 +42,7 @@ LEFT = 0.25  # of a name's evidence: a nameless shape with more than this beside
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-HOLLOW = 0.2, 6.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
+HOLLOW = 0.2, 8.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
 # data: names that leave more of both describe the fitted motion, not the machine
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
