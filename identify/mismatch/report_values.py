@@ -19,7 +19,8 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.result import Quantity
 from identify.polish import polish_all
 from identify.preprocess import Samples
-from identify.uncertainty import NORMAL, Uncertainty, uncertainty
+from identify.uncertainty import Uncertainty, uncertainty
+from identify.waves import NORMAL
 
 Floats = NDArray[np.float64]
 
