@@ -175,13 +175,13 @@ class _Progress:
             self._bar.update(self._task, completed=done, total=total)
             return
         now = time.monotonic()
-        if now - self._said < SAID_EVERY:
+        if now - self._said < SAID_EVERY and done < total:
             return
         self._said = now
         from monitor.cli.output import note
         from monitor.times import span
 
-        left = "" if not fresh else f", about {span(round((now - self._begun) / fresh * (total - done) * 1e9))} left"
+        left = "" if not fresh or done == total else f", about {span(round((now - self._begun) / fresh * (total - done) * 1e9))} left"
         note(f"{done} of {total} windows{left}")
 
 
