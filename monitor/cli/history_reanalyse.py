@@ -181,7 +181,11 @@ class _Progress:
         from monitor.cli.output import note
         from monitor.times import span
 
-        left = "" if not fresh or done == total else f", about {span(round((now - self._begun) / fresh * (total - done) * 1e9))} left"
+        left = (
+            ""
+            if not fresh or done == total
+            else f", about {span(round((now - self._begun) / fresh * (total - done) * 1e9))} left"
+        )
         note(f"{done} of {total} windows{left}")
 
 
