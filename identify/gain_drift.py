@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.observer import gain_table
 from identify.problem import FrictionProblem
-from identify.waves import WAVES, waves
+from identify.waves import WAVES, cosine_sums
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def gain_drift(problem: FrictionProblem, x: Floats, gain: Floats, free: NDArray[
     there = _pulls(error, slope[:, free], prior)
     apart = there - here
     drift = apart.sum(axis=0)  # the sum of `here` is what the optimum has left: nothing but the prior's pull
-    chance = np.sqrt(2.0 * np.mean((waves(len(apart))[1 : WAVES + 1] @ apart) ** 2, axis=0))
+    chance = np.sqrt(2.0 * np.mean(cosine_sums(apart, WAVES + 1)[1:] ** 2, axis=0))
     share = 1.0 - (CHANCE * chance / np.maximum(np.abs(drift), 1e-300)) ** 2
     return np.asarray(drift * np.sqrt(np.clip(share, 0.0, 1.0)), dtype=np.float64)
 

@@ -13,10 +13,9 @@ Pustejovsky & Tipton 2018): a parameter that a single stroke tells gets the wide
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dct
 from scipy.stats import t as student
 
 Floats = NDArray[np.float64]
@@ -27,12 +26,12 @@ NORMAL = 1.959964
 LEAST_SEEN = 1e-2  # of a wave's information: keeps what the fit hides altogether from dividing by zero
 
 
-@lru_cache(maxsize=8)
-def waves(n: int) -> Floats:
-    """Cosines of 0, 1/2, 1, ... `WAVES` periods over n samples; the scatter is of the first half. (2 WAVES + 1, n)"""
-    cosines = np.cos(np.outer(np.arange(2 * WAVES + 1), np.pi * (np.arange(n) + 0.5) / n))
-    cosines.flags.writeable = False
-    return np.asarray(cosines, dtype=np.float64)
+def cosine_sums(x: Floats, count: int) -> Floats:
+    """Sums of x (n, ...) times cosines of 0, 1/2, 1, ... periods, `count` of them. (count, ...)
+
+    By a cosine transform: a matrix product of this size has other last bits where the library uses more threads.
+    """
+    return np.asarray(0.5 * dct(x, axis=0)[:count], dtype=np.float64)
 
 
 def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -> Floats:
@@ -47,9 +46,8 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     size, turn = np.linalg.eigh(slope.T @ slope / variance + prior)
     root = turn / np.sqrt(np.maximum(size, size[-1] * 1e-15))
     white = slope @ root / np.sqrt(variance)
-    cosines = waves(len(error))
-    score = np.sqrt(2.0) * cosines[1 : WAVES + 1] @ (white * error[:, None]) / np.sqrt(variance)
-    seen = _seen(cosines, white)
+    score = np.sqrt(2.0 / variance) * cosine_sums(white * error[:, None], WAVES + 1)[1:]
+    seen = _seen(white)
     own = np.arange(WAVES)
     share, axes = np.linalg.eigh(seen[own, own])
     correction = (axes / np.sqrt(np.maximum(share, LEAST_SEEN))[:, None, :]) @ axes.transpose(0, 2, 1)
@@ -63,15 +61,15 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     return np.asarray(moved.T @ moved / WAVES * np.outer(widen, widen), dtype=np.float64)
 
 
-def _seen(cosines: Floats, white: Floats) -> Floats:
+def _seen(white: Floats) -> Floats:
     """Expected products of the scores of two waves, after a fit to white errors. (WAVES, WAVES, q, q)
 
+    The product of two waves is the mean of two waves: the transform of the products of the derivatives tells all.
+
     Args:
-        cosines: of 0 to 2 `WAVES` half periods; the product of two waves is the mean of two of them. (2 WAVES + 1, n)
         white: derivatives, whitened by the normal equations. (n, q)
     """
-    n, q = white.shape
-    gram = (cosines @ (white[:, :, None] * white[:, None, :]).reshape(n, q * q)).reshape(-1, q, q)
+    gram = cosine_sums(white[:, :, None] * white[:, None, :], 2 * WAVES + 1)
     number = np.arange(1, WAVES + 1)
     taken = np.sqrt(2.0) * gram[number]  # what the fit hides of each wave
     both = gram[number[:, None] + number] + gram[np.abs(number[:, None] - number)]
