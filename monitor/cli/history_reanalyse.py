@@ -181,11 +181,8 @@ class _Progress:
         from monitor.cli.output import note
         from monitor.times import span
 
-        left = (
-            ""
-            if not fresh or done == total
-            else f", about {span(round((now - self._begun) / fresh * (total - done) * 1e9))} left"
-        )
+        seconds = (now - self._begun) / max(fresh, 1) * (total - done)
+        left = f", about {span(round(seconds * 1e9))} left" if fresh and done < total else ""
         note(f"{done} of {total} windows{left}")
 
 
