@@ -30,9 +30,7 @@ Floats = NDArray[np.float64]
 
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
-RESTLESS = (
-    0.3  # of the logged force's variance from sample to sample: in a loop, what acted in between is anybody's guess
-)
+RESTLESS = 0.3  # of the variance of a loop's logged force, white: what acted between the samples is not known
 CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
 
 

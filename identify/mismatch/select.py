@@ -96,9 +96,11 @@ def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Te
 
     What is refused for being odd may be two effects that the search took for one.
     """
-    fair = sorted((step for step in first.opening if step.refused is None), key=lambda step: cost(step.fit))
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
-    for step in list({step.guise.name: step for step in reversed(fair)}.values())[::-1][:DETOURS]:
+    fair: dict[str, Step] = {}
+    for step in sorted((step for step in first.opening if step.refused is None), key=lambda step: cost(step.fit)):
+        fair.setdefault(step.guise.name, step)
+    for step in list(fair.values())[:DETOURS]:
         begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
         found = _forward(begun, guises, unseen, progress)
         if len(found.steps) > 1 and cost(found.chosen) < likeliest - TIED_BIC:
