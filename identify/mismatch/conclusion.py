@@ -27,7 +27,7 @@ from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, second_opinion, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
-from identify.mismatch.rules import CLEAN, HELD_OUT, Step, beyond, price, tied
+from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, Step, beyond, price, tied
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
@@ -36,14 +36,11 @@ from plant.axis import Axis
 from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
-KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little, ...
-PROVEN = 0.1  # ... unless it leaves no more of the squared error of free runs on unseen data
-LEFT = 0.25  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
+KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
+LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-HOLLOW = 0.2, 8.0  # of the baseline's one-second error on unseen data, and of the share that is left of it on fitted
-# data: names that leave more of both describe the fitted motion, not the machine
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -100,21 +97,21 @@ class Conclusion:
         return any(guise.stiff for guise in self.selection.chosen.problem.guises)
 
     def pays(self) -> bool:
-        """Whether the chosen effects predict unseen data so much better, too, that naming them is worth it."""
-        baseline, least, times = self.selection.baseline, *HOLLOW
-        fitted = self.final.short_run() / max(baseline.short_run(), 1e-300)
-        unseen = self._held_out(self.final) / max(self._held_out(baseline), 1e-300)
-        return unseen < WORTH and (self.blind or unseen < least or unseen < times * fitted)
+        """Whether the chosen effects predict unseen data so much better that naming them is worth it."""
+        return self._share(self.final) < WORTH
+
+    def _share(self, fitted: Fit) -> float:
+        """One-second error on unseen data over the baseline's. [1]."""
+        return self._held_out(fitted) / max(self._held_out(self.selection.baseline), 1e-300)
 
     @cached_property
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
-        unseen = free_run_ratio(baseline, chosen, self.evidence.held_out)
-        if after > REST * baseline.dry_level and after > KEPT * before and unseen > PROVEN:
+        if after > REST * baseline.dry_level and after > KEPT * before and self._share(chosen) > PROVEN:
             return False
-        if not self.blind and unseen >= HELD_OUT:
+        if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)

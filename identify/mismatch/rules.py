@@ -22,6 +22,7 @@ NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
+PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
@@ -140,7 +141,7 @@ def best_of(steps: list[Step]) -> Step | None:
         return None
     best = min(accepted, key=lambda step: cost(step.fit))
     for step in steps:
-        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC:
+        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and best.evidence.unseen > PROVEN:
             return None
         if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None

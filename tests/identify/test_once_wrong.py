@@ -46,11 +46,6 @@ def test_a_loop_that_logs_its_own_restlessness_tells_nothing(answered):
     assert "restlessness from sample to sample" in (found.reason or "")
 
 
-def test_a_name_that_describes_the_fitted_motion_alone_is_none(answered):
-    """Friction that only rises in one direction beyond some speed: nothing of the catalogue."""
-    assert answered(8700, 19).verdict is Verdict.UNEXPLAINED
-
-
 def test_a_name_that_leaves_most_of_the_latent_force_is_none(answered):
     """A magnet beside the rail is no ripple of the motor."""
     assert answered(8700, 25).verdict is Verdict.UNEXPLAINED
