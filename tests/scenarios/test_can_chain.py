@@ -84,9 +84,7 @@ def test_the_demo_over_can_runs_from_the_drive_to_the_answers(tmp_path):
     done = tribowatch("demo", "--can", "--scenario", short, "--state-dir", folder, "--json", timeout=200)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
-    windows = result["windows"]
-    assert result["stopped_by"] == "end"
-    assert windows["identified"] == windows["total"] in (2, 3)  # a busy computer may leave one out, and says so
+    assert (result["stopped_by"], result["windows"]) == ("end", {"total": 3, "identified": 3})
     assert (result["figures"]["samples"], result["figures"]["missing"]) == (6000, 0)
     assert result["parameters"]["coulomb_force"]["value"] > 0
     said = (folder / "bridge.log").read_text()
