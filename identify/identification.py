@@ -22,6 +22,7 @@ from identify.preprocess import Samples, prepare
 from identify.problem import FrictionProblem
 from identify.profile import BETTER, Alternative, alternatives, doubtful
 from identify.promoted import describe_effects, with_effects, without_twin
+from identify.reach import reachable
 from identify.result import FrictionCurve, IdentificationResult, Parameter, Verdict
 from identify.search import ROUGH, SearchResult, losses_by_gain, nearby, observer_search
 from identify.uncertainty import Uncertainty, uncertainty
@@ -92,6 +93,8 @@ def identify_friction(
     problem, found = fit(samples, axis, np.random.default_rng(seed), start, criterion, effects)
     if problem.samples.mended_force:
         problem, found = _ask_the_position(recording, problem, found)
+    if not found.free_run:
+        found = reachable(problem, found)
     samples = problem.samples
     spread = uncertainty(problem, found.x, found.gain)
     others: list[Alternative] = []

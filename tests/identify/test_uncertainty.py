@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from identify.gain_drift import gain_drift
 from identify.identification import fit, identify_friction
 from identify.preprocess import prepare
 from identify.profile import alternatives
@@ -90,3 +91,17 @@ def test_looking_along_the_valley_never_ends_on_a_worse_answer():
     assert all(other.worse > 0.0 for other in others)
     result = identify_friction(case.recording, case.axis)
     assert result.parameters["coulomb_force"].value == pytest.approx(problem.named(found.x)[0][2], rel=1e-3)
+
+
+def test_the_weakest_observers_are_held_against_a_stronger_one():
+    """They have no weaker one in the table; what a stronger one says differently widens their intervals."""
+    drifts = []
+    for seed in range(6):
+        case = draw_case(seed, Setting(noise=1e-3, samples=1500))
+        problem, found = fit(prepare(case.recording, case.axis), case.axis, np.random.default_rng(seed))
+        free = np.arange(problem.size)
+        prior = np.diag(problem.prior[1] ** -2.0)
+        if 0.0 < found.setting[1] < 31.0:
+            drifts.append(gain_drift(problem, found.x, found.gain, free, prior))
+    assert len(drifts) >= 4
+    assert sum(bool(drift[:4].any()) for drift in drifts) >= len(drifts) / 2
