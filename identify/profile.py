@@ -54,7 +54,7 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
         spread: intervals at x; their inflation over white errors widens what counts as not rejected.
     """
     best = float(problem.losses(x[None], gain)[0])
-    starts = np.array([_same_friction(x, float(value)) for value in GRID[np.abs(GRID - x[STRIBECK]) > 0.2]])
+    starts = np.array([same_friction(x, float(value)) for value in GRID[np.abs(GRID - x[STRIBECK]) > 0.2]])
     rough = problem.refined(LONGEST_SUBSTEP)
     ends = polish_all(rough, starts, gain, 15, ENOUGH, pinned=STRIBECK)
     worth = ends.loss < min(float(rough.losses(x[None], gain)[0]), ends.loss.min()) + WORTH * spread.inflation
@@ -70,7 +70,7 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
     return found
 
 
-def _same_friction(x: Floats, log_stribeck: float) -> Floats:
+def same_friction(x: Floats, log_stribeck: float) -> Floats:
     """Unknowns with another v_s and F_c, F_s, F_v such that friction at the visited speeds stays as it was. (size,)"""
     bump, wanted_bump = (np.exp(-SPEEDS / np.exp(value)) for value in (x[STRIBECK], log_stribeck))
     friction = x[0] + (x[1] - x[0]) * bump + x[3] * SPEEDS
