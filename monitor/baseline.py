@@ -19,14 +19,19 @@ from monitor.channels import (
     Seen,
     channels_of,
     extras_of,
+    mover,
     numbers_of,
     parts_of,
     reference_speeds,
+    unmoved,
 )
 from monitor.glr import YEAR_NS
 from monitor.moments import FINEST, LOG_FINEST, PER_KELVIN, PER_LOAD, Fitted, Moments, fitted
 from plant.recording import Floats
 
+WANDERING = 0.003  # of the scale: friction of a healthy machine wanders over days (paper, section 5)
+STEADY = 0.001  # the same of what is viscous, once the temperature explains how thin the lubricant is
+FILM = (SHAPES[6], PARTS[1])
 LEVEL_WINDOWS = 4  # times the windows of the first baseline: so many more refine the level, then it stands
 
 
@@ -44,7 +49,7 @@ class Baseline:
         parts: matched filters, see `channels.parts_of`.
         channels: the numbers, in the order of `channels.numbers_of`.
         movers: which of temperature and load are corrected for.
-        ranges: lowest and highest of each of them. (p, 2)
+        ranges: lowest and highest of each of them, as `channels.mover` gives them. (p, 2)
         usual: mean squared standard error of identification, of each number. (J,)
         made_of: the windows of the first baseline, whose raw samples are kept: epoch, first sample, samples.
         moments: sums.
@@ -85,9 +90,20 @@ class Baseline:
         return self.moments.mean_y[:REFERENCES]
 
     def away(self, conditions: dict[str, float]) -> Floats:
-        """Temperature and load of a window minus the baseline's; one that is not told counts as usual. (p,)"""
+        """Movers of a window minus the baseline's; one that is not told counts as usual. (p,)"""
         usual = self.moments.mean_x
-        return np.array([conditions.get(name, usual[i]) - usual[i] for i, name in enumerate(self.movers)])
+        found = [
+            mover(name, conditions[name]) if name in conditions else usual[i] for i, name in enumerate(self.movers)
+        ]
+        return np.array(found) - usual
+
+    @property
+    def covered(self) -> dict[str, list[float]]:
+        """Lowest and highest temperature [degC] and load [kg] of the windows behind slopes and scatter."""
+        return {
+            name: [unmoved(name, low), unmoved(name, high)]
+            for name, (low, high) in zip(self.movers, self.ranges, strict=True)
+        }
 
     def index(self, name: str) -> int | None:
         """Where a channel stands."""
@@ -126,7 +142,9 @@ def _fit(
     finest = np.array([LOG_FINEST if one.name == UNEXPLAINED else FINEST * one.scale for one in channels])
     heaviest = {name: max(abs(low), abs(high), 1e-9) for name, (low, high) in zip(movers, ranges, strict=True)}
     widths = np.array([PER_KELVIN if name == "temperature" else PER_LOAD / heaviest[name] for name in movers])
-    return fitted(moments, scales, finest, widths)
+    steady = FILM if "temperature" in movers else ()
+    usual = np.array([STEADY if one.name in steady else WANDERING for one in channels])
+    return fitted(moments, scales, finest, widths, usual * scales)
 
 
 def learn(
@@ -154,7 +172,9 @@ def learn(
     y, s = (np.array([numbers[k] for _, numbers in whole]) for k in (0, 1))
     seen = [window for window, _ in whole]
     movers = tuple(name for name in MOVERS if all(name in window.conditions for window in seen))
-    x = np.array([[window.conditions[name] for name in movers] for window in seen]).reshape(len(seen), len(movers))
+    x = np.array([[mover(name, window.conditions[name]) for name in movers] for window in seen]).reshape(
+        len(seen), len(movers)
+    )
     channels = channels_of(y.mean(axis=0), speeds, extra, min_change, units)
     ranges = tuple((float(column.min()), float(column.max())) for column in x.T)
     parts = _parts(x, y, channels[: -len(PARTS)], movers, ranges, speeds)

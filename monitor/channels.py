@@ -28,6 +28,8 @@ PARTS = ("dry part", "viscous part")  # relative change of these parts of fricti
 LEAST_PART = 0.25  # of friction at mid speed, against which a part is measured at least: what hardly rubs may change
 RIDGE = 1e-3  # of the variances: 20 windows do not know a covariance of five speeds to better
 MOVERS: tuple[str, ...] = ("temperature", "load")  # what moves friction without wear, where it is reported
+THINNING, USUAL_TEMPERATURE = 0.02, 20.0  # 1/K, degC: oils and greases thin by 1.5-4 % per kelvin (Vogel, Walther)
+EXTREME = 150.0  # K from the usual temperature: no sensor of a machine means more
 ASYMMETRY, UNEXPLAINED, MASS = "constant force", "unexplained force", "moving mass"
 CLEAN = 0.013  # of friction: latent force of a complete model (identify.mismatch), added so that nothing counts twice
 DOUBLED = 0.7  # of the logarithm: the unexplained force has doubled
@@ -91,6 +93,23 @@ class Seen:
         latent, v_s = estimate.conditions.get("latent_force"), estimate.value_of("stribeck_velocity")
         number = (window.id.epoch, window.id.first_seq, window.id.samples)
         return cls(window.start_ns, window.end_ns, estimate.curve, others, latent, conditions, v_s, number)
+
+
+def mover(name: str, value: float) -> float:
+    """What friction moves with in proportion: load as it is, temperature as lubricants feel it. [kg or K]
+
+    A lubricant thins by so many percent per kelvin, not by so many newtons: a line through a spring's windows would be
+    off by half the change of a summer. In kelvin at the usual temperature, less and less of them above it.
+    """
+    if name != "temperature":
+        return value
+    kelvin = min(max(value - USUAL_TEMPERATURE, -EXTREME), EXTREME)
+    return float(-np.expm1(-THINNING * kelvin) / THINNING)
+
+
+def unmoved(name: str, value: float) -> float:
+    """The inverse of `mover`. [kg or degC]"""
+    return value if name != "temperature" else USUAL_TEMPERATURE - float(np.log1p(-THINNING * value)) / THINNING
 
 
 def reference_speeds(curves: list[Curve]) -> tuple[float, ...] | None:

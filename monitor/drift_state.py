@@ -13,7 +13,7 @@ from monitor.estimate import Curve
 from monitor.findings import Kind
 from monitor.trend import Block
 
-VERSION = 3  # of what is stored; older states are learned anew
+VERSION = 4  # of what is stored; older states are learned anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class DriftRule:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One window since the baseline: values and standard errors of the channels, temperature and load."""
+    """One window since the baseline: values and standard errors of the channels, and its movers less usual ones."""
 
     start_ns: int
     end_ns: int

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from monitor.baseline import Baseline
-from monitor.channels import REFERENCES
+from monitor.channels import REFERENCES, unmoved
 from monitor.classes import Verdict, compared, compete
 from monitor.drift_state import DriftRule, DriftState, Step
 from monitor.findings import Kind
@@ -89,13 +89,13 @@ def uncovered(
         return None
     index = int(np.argmax(np.where(beyond[0], plain[0], 0.0)))
     channel, latest = baseline.channels[index], state.recent[-1]
-    now = np.array(latest.away) + baseline.moments.mean_x
+    now = (np.array(latest.away) + baseline.moments.mean_x).tolist()
     return {
         "cause": "not covered",
         "indicator": channel.name,
         "relative": float(looked.mean[0, index] / channel.scale),
-        "conditions": dict(zip(baseline.movers, now.tolist(), strict=True)),
-        "covered": {name: list(one) for name, one in zip(baseline.movers, baseline.ranges, strict=True)},
+        "conditions": {name: unmoved(name, value) for name, value in zip(baseline.movers, now, strict=True)},
+        "covered": baseline.covered,
         "uncertain": float(1.96 * looked.error[0, index] / channel.scale),
         "baseline_windows": baseline.windows,
         "since_ns": latest.start_ns,

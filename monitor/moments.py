@@ -14,8 +14,9 @@ PER_KELVIN = 0.015  # 1/K: how friction usually moves with temperature (greases 
 PER_LOAD = 0.5  # of friction, per largest load seen: rolling and plain guides lie below it
 CORRELATION, PRIOR_WINDOWS = 0.2, 20  # windows one after the other err alike; what is believed before, and how firmly
 HIGHEST_CORRELATION = 0.9
-WANDERING, PRIOR_BLOCKS = 0.003, 3  # of the scale: friction of a healthy machine wanders over days (paper, section 5)
-LEAST_WANDERING, MOST_WANDERING = 0.0015, 0.01  # more must not be taken for normal, or wear would be too
+PRIOR_BLOCKS = 3  # behind what is believed of the wandering before it was seen
+LEAST_WANDERING = 0.5  # of what is believed
+MOST_WANDERING = 0.01  # of the scale: more must not be taken for normal, or wear would be too
 BLOCK = 20  # windows that refine the baseline together, and whose means show the wandering
 FINEST = 1e-3  # of the scale: no friction repeats better
 LOG_FINEST = 0.1  # of a logarithm of unexplained force: it is estimated on half decades of the observer
@@ -130,7 +131,7 @@ class Fitted:
     dof: float
 
 
-def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats) -> Fitted:
+def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats, wandering: Floats) -> Fitted:
     """Ridge regression of every number: slopes shrink to zero where the windows did not vary.
 
     Args:
@@ -138,6 +139,7 @@ def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats) -> 
         scales: of the numbers. (J,)
         finest: least standard deviation. (J,)
         widths: standard deviation of a slope before anything was seen, relative to the scale. (p,)
+        wandering: how far each number is believed to wander over days before anything was seen. (J,)
     """
     p, count = moments.sxy.shape
     slopes, spread = np.zeros((p, count)), np.zeros((count, p, p))
@@ -154,7 +156,6 @@ def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats) -> 
     believed = PRIOR_WINDOWS * variance
     correlation = (moments.lag_product + CORRELATION * believed) / (moments.lag_square + believed)
     correlation = np.clip(correlation, 0.0, HIGHEST_CORRELATION)
-    wandering = PRIOR_BLOCKS * (WANDERING * scales) ** 2 + moments.wandered
-    wandering /= PRIOR_BLOCKS + moments.blocks
-    wandering = np.clip(wandering, (LEAST_WANDERING * scales) ** 2, (MOST_WANDERING * scales) ** 2)
-    return Fitted(slopes, spread, variance, correlation, wandering, float(max(moments.dof - p, 3)))
+    wandered = (PRIOR_BLOCKS * wandering**2 + moments.wandered) / (PRIOR_BLOCKS + moments.blocks)
+    wandered = np.clip(wandered, (LEAST_WANDERING * wandering) ** 2, (MOST_WANDERING * scales) ** 2)
+    return Fitted(slopes, spread, variance, correlation, wandered, float(max(moments.dof - p, 3)))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from monitor.channels import mover, unmoved
 from monitor.drift import DriftRule, DriftState, Kind, judge
 from tests.monitor.estimates import WEIGHT, estimate
 
@@ -80,6 +81,23 @@ def test_temperature_is_corrected_for_and_wear_seen_through_it():
     worn = (warm(k, rng, temperatures[k], **{n: 1 + 0.002 * (k - 80) for n in DRY}) for k in range(80, 130))
     _, held, _ = run(worn, state)
     assert held[-1] == {Kind.WEAR}
+
+
+def test_a_summer_far_beyond_the_baseline_raises_nothing():
+    """Learned from 8 to 20 degC, 33 in summer: a line through the first months is off by half of what August does."""
+    raised = 0
+    for seed in range(4):
+        rng = np.random.default_rng([4, seed])
+        seasons = 14.0 + 10.0 * (1.0 - np.cos(2 * np.pi * np.arange(365) / 365)) + 3.0 * rng.standard_normal(365)
+        _, held, _ = run(warm(k, rng, seasons[k], scatter=0.005, error=0.001) for k in range(365))
+        raised += sum(bool(now) and not before for before, now in zip([set(), *held[:-1]], held, strict=True))
+    assert raised <= 2
+
+
+@pytest.mark.parametrize(("name", "value"), [("temperature", -30.0), ("temperature", 80.0), ("load", 2.5)])
+def test_what_moves_friction_can_be_told_in_its_own_unit(name, value):
+    assert unmoved(name, mover(name, value)) == pytest.approx(value)
+    assert np.isfinite(mover(name, 1e12 if name == "temperature" else value))
 
 
 def test_a_temperature_that_the_baseline_never_saw_is_no_wear():

@@ -2,7 +2,8 @@
 
 Beside the watch: the CUSUM that knows the size and shape of the change, the level, scatter and correlation of friction
 at five speeds, and the temperature's effect (optimal for independent deviates, Moustakides 1986): nobody can be sooner;
-the same on one number; a fixed threshold on one window; river's Page-Hinkley and ADWIN; ruptures' PELT, run again at
+the likelihood ratio that knows the same but not what will change (dry, viscous, up, down, by how much): what anybody who
+is not told can hope for; the CUSUM on one number; a fixed threshold on one window; river's Page-Hinkley and ADWIN; ruptures' PELT, run again at
 every window. Those with one number get the speed at which the change stands out most. All bars are set on other
 healthy axes of the same kinds to the same rate of first false alarms: the setting, and what the watch itself makes.
 """
@@ -27,7 +28,7 @@ RAMP_DAYS = 30.0
 SIZES = (0.05, 0.1, 0.2, 0.5)
 PER_YEAR = 730.5
 KINDS = {"dry": ("coulomb", "static"), "viscous": ("viscous",)}
-FRESH = 30_000  # first seed of the axes that set the bars; those with a change follow a thousand later
+JUDGING = 30_000  # first seed of the axes that set the bars; those with a change follow a thousand later
 
 
 def rule_of(axis: Axis) -> DriftRule:
@@ -56,12 +57,12 @@ def relative(axis: Axis, one, speeds: tuple[float, ...]) -> np.ndarray:
 class Healthy:
     """Axes without a change: what every detector does there sets its bar."""
 
-    def __init__(self, axes: int, pool: Pool) -> None:
+    def __init__(self, axes: int, first: int, pool: Pool) -> None:
         self.speeds: dict[int, tuple[float, ...]] = {}
         self.family = np.array([seed % len(FAMILIES) for seed in range(axes)])
         self.deviations, found = [], []
-        for seed in range(FRESH, FRESH + axes):
-            axis = Axis((seed - FRESH) % len(FAMILIES), seed)
+        for seed in range(first, first + axes):
+            axis = Axis((seed - first) % len(FAMILIES), seed)
             life, state, alarm = Life(axis, pool, HEALTHY + YEAR), DriftState(), YEAR + 1
             seen = [life[k] for k in range(HEALTHY + YEAR)]
             for k, one in enumerate(seen):
@@ -90,6 +91,13 @@ class Healthy:
         size = float(np.sqrt(shift @ weight))
         return (deviations - self.mean[family]) @ weight / size, size
 
+    def unknown(self, family: int, deviations: np.ndarray) -> np.ndarray:
+        """Deviates of unit covariance in the plane of dry and viscous changes. (windows, 2)"""
+        shapes = np.stack([self.shift(family, dict.fromkeys(names, 1.05)) for names in KINDS.values()], axis=1)
+        weight = np.linalg.solve(self.spread[family], shapes)
+        root = np.linalg.cholesky(np.linalg.inv(shapes.T @ weight))
+        return (deviations - self.mean[family]) @ weight @ root
+
     def best(self, family: int, shift: np.ndarray) -> int:
         """The one speed at which a change stands out most."""
         return int(np.argmax(np.abs(shift) / np.sqrt(np.diag(self.spread[family]))))
@@ -104,9 +112,9 @@ def one_number(deviations: np.ndarray, index: int) -> np.ndarray:
 class Changed:
     """Axes that run healthily and then change, each in every way."""
 
-    def __init__(self, axes: int, pool: Pool) -> None:
+    def __init__(self, axes: int, first: int, pool: Pool) -> None:
         self.lives, self.states, self.before = [], [], []
-        for seed in range(FRESH + 1000, FRESH + 1000 + axes):
+        for seed in range(first, first + axes):
             axis = Axis(seed % len(FAMILIES), seed)
             life, state, findings = Life(axis, pool, HEALTHY + AFTER), DriftState(), []
             for k in range(HEALTHY):
@@ -166,6 +174,7 @@ def compare(healthy: Healthy, changed: Changed, wanted: float, tries: int, few: 
             (_optimum(healthy, lives, {f: part * s for f, s in shifts.items()}, wanted) for part in known_sizes),
             key=lambda found: float(found.mean()),
         )
+        told["optimum, change unknown"] = _unknown(healthy, lives, wanted)
         best = {f: healthy.best(f, s) for f, s in shifts.items()}
         told["optimum of one number"] = min(
             (_one(healthy, lives, best, {f: part * s for f, s in shifts.items()}, wanted) for part in known_sizes),
@@ -208,6 +217,14 @@ def _optimum(healthy: Healthy, lives: list, shifts: dict, wanted: float) -> np.n
     return _delays(quiet, [healthy.known(f, dev, shifts[f]) for f, dev in lives], wanted)
 
 
+def _unknown(healthy: Healthy, lives: list, wanted: float) -> np.ndarray:
+    """Delays of the likelihood ratio that knows the same, but neither size nor direction of the change."""
+    quiet = [healthy.unknown(f, dev)[HEALTHY:] for f, dev in zip(healthy.family, healthy.all, strict=True)]
+    bar = rivals.bar_of(rivals.glr(np.array(quiet)), wanted, PER_YEAR)
+    after = np.array([healthy.unknown(f, dev)[HEALTHY:] for f, dev in lives])
+    return rivals.first(rivals.glr(after), bar)
+
+
 def _one(healthy: Healthy, lives: list, best: dict, shifts: dict, wanted: float) -> np.ndarray:
     """Delays of the CUSUM that knows the change of one number, but learned its level and scatter."""
 
@@ -227,21 +244,21 @@ def _delays(quiet: list, changed: list, wanted: float) -> np.ndarray:
     return rivals.first(rivals.cusum(after[:, HEALTHY:], sizes), bar)
 
 
-def main(axes: int, years: int, tries: int, few: int, watch_only: bool) -> None:
+def main(axes: int, years: int, first: int, tries: int, few: int, watch_only: bool) -> None:
     warnings.simplefilter("ignore")
     begin, pool = time.process_time(), Pool()
-    healthy = Healthy(years, pool)
+    healthy = Healthy(years, first, pool)
     count, spent = int((healthy.watch <= YEAR).sum()), float(np.minimum(healthy.watch, YEAR).sum() / PER_YEAR)
     low, high = interval(count, spent)
     print(
-        f"{axes} axes with a change, {years} healthy ones for the bars (seeds from {FRESH}), {len(pool)} real answers, "
+        f"{axes} axes with a change, {years} healthy ones for the bars (seeds from {first}), {len(pool)} real answers, "
         f"scatter {Axis(0, 0).scatter:.1%}, two windows a day, {HEALTHY} healthy windows before; "
         "mean delays in windows\n"
         f"the watch's own first false alarms a year: {count / spent:.2f} [{low:.2f}, {high:.2f}]; "
         f"{time.process_time() - begin:.0f} s",
         flush=True,
     )
-    changed = Changed(axes, pool)
+    changed = Changed(axes, first + 1000, pool)
     rates = {1.0, round(max(count, 0.5) / spent, 2)}
     for wanted in sorted(rates, reverse=True):
         compare(healthy, changed, wanted, tries, few) if not watch_only else quick(healthy, changed, wanted)
@@ -253,11 +270,12 @@ def quick(healthy: Healthy, changed: Changed, wanted: float) -> None:
     for (what, shape, size), delays, deviations in _cases(healthy, changed):
         shifts = {f: healthy.shift(f, dict.fromkeys(KINDS[what], 1 + size)) for f in healthy.speeds}
         lives = [(life.axis.family, dev) for life, dev in zip(changed.lives, deviations, strict=True)]
-        optimum = _optimum(healthy, lives, shifts, wanted)
+        optimum, unknown = _optimum(healthy, lives, shifts, wanted), _unknown(healthy, lives, wanted)
         by = [f"{delays[np.array([f == g for f, _ in lives])].mean():.1f}" for g in sorted(shifts)]
         print(
             f"at {wanted:g}/a {what} {shape} {size:+.0%}: watch {delays.mean():.2f} {by}, "
-            f"optimum {optimum.mean():.2f}, ratio {delays.mean() / optimum.mean():.2f}",
+            f"optimum {optimum.mean():.2f}, ratio {delays.mean() / optimum.mean():.2f}, change unknown "
+            f"{unknown.mean():.2f}, ratio {delays.mean() / unknown.mean():.2f}",
             flush=True,
         )
 
@@ -266,8 +284,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--axes", type=int, default=120)
     parser.add_argument("--years", type=int, default=240, help="healthy axis-years that set the bars")
+    parser.add_argument("--first", type=int, default=JUDGING)
     parser.add_argument("--tries", type=int, default=7, help="halvings of river's bars")
     parser.add_argument("--few", type=int, default=60, help="axes of PELT and river, which are slow")
     parser.add_argument("--quick", action="store_true", help="watch and optimum only")
     given = parser.parse_args()
-    main(given.axes, given.years, given.tries, given.few, given.quick)
+    main(given.axes, given.years, given.first, given.tries, given.few, given.quick)

@@ -26,6 +26,16 @@ def cusum(z: Array, size: float | Array) -> Array:
     return out
 
 
+def glr(x: Array, longest: int = 32) -> Array:
+    """Likelihood ratio of a change of unknown size, time and direction in x (axes, windows, k) of unit covariance."""
+    out = np.zeros(x.shape[:2])
+    sums = np.cumsum(np.pad(x, ((0, 0), (1, 0), (0, 0))), axis=1)
+    for m in range(1, min(longest, x.shape[1]) + 1):
+        mean = (sums[:, m:] - sums[:, :-m]) / m
+        out[:, m - 1 :] = np.maximum(out[:, m - 1 :], m * (mean**2).sum(axis=2))
+    return out
+
+
 def first(statistic: Array, bar: float) -> Array:
     """Windows to the first alarm of every axis; their number + 1 where there is none."""
     above = statistic > bar
