@@ -2,10 +2,11 @@
 
 Beside the watch: the CUSUM that knows the size and shape of the change, the level, scatter and correlation of friction
 at five speeds, and the temperature's effect (optimal for independent deviates, Moustakides 1986): nobody can be sooner;
-the likelihood ratio that knows the same but not what will change (dry, viscous, up, down, by how much): what anybody who
-is not told can hope for; the CUSUM on one number; a fixed threshold on one window; river's Page-Hinkley and ADWIN; ruptures' PELT, run again at
-every window. Those with one number get the speed at which the change stands out most. All bars are set on other
-healthy axes of the same kinds to the same rate of first false alarms: the setting, and what the watch itself makes.
+the likelihood ratio that knows the same but not what will change (dry, viscous, up, down, how much): what anybody can
+hope for who is not told; the CUSUM on one number; a fixed threshold on one window; river's Page-Hinkley and ADWIN;
+ruptures' PELT, run again at every window. Those with one number get the speed at which the change stands out most. All
+bars are set on other healthy axes of the same kinds to the same rate of first false alarms: the setting, and what the
+watch itself makes.
 """
 
 from __future__ import annotations
