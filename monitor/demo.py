@@ -133,7 +133,6 @@ class Heard:
         """The JSON at the end, without what only the caller knows."""
         return {
             "axis": self.axis,
-            "windows": {"total": self.windows, **self.verdicts},
             "parameters": self.latest["parameters"] if self.latest else {},
             "parameters_at": self.latest["window"]["end_time"] if self.latest else None,
             "alerts": list(self.alerts.values()),

@@ -13,8 +13,21 @@ from typing import Any, Protocol
 from monitor.config_page import ADDRESS_FILE
 from monitor.demo import Heard
 from monitor.demo_can import can_bridge, can_machine
-from monitor.demo_processes import SITE, Child, Place, daemon, endpoint, free_port, machine, page_port, prepare_folder
+from monitor.demo_processes import (
+    DATABASE,
+    SITE,
+    Child,
+    Place,
+    daemon,
+    endpoint,
+    free_port,
+    machine,
+    page_port,
+    prepare_folder,
+)
 from monitor.demo_zenoh import Ear
+from monitor.errors import QueryError
+from monitor.queries import Reader
 from plant.scenario_file import read_scenario
 
 START_TIMEOUT = 30.0  # s; the daemon loads its numerics first
@@ -81,6 +94,7 @@ def run_demo(settings: DemoSettings, viewer: Viewer) -> dict[str, Any]:
         "seed": settings.seed,
         "stopped_by": stopped_by,
         **heard.summary(),
+        "windows": _windows(settings.folder, heard.axis),
         "figures": {
             "seconds": round(time.monotonic() - begun, 3),
             "seconds_to_alert": None if heard.first_alert_s is None else round(heard.first_alert_s, 3),
@@ -122,6 +136,16 @@ class Rate:
     def _slope(self, begin: tuple[float, int]) -> float:
         end = self._points[-1]
         return (end[1] - begin[1]) / (end[0] - begin[0]) if end[0] > begin[0] else 0.0
+
+
+def _windows(folder: Path, axis: str) -> dict[str, int]:
+    """Windows by verdict, from the history: what is published may be lost on its way where the computer is busy."""
+    with Reader(f"sqlite:///{folder / DATABASE}") as reader:
+        try:
+            verdicts = reader.axis(axis).verdicts
+        except QueryError:  # ended before the first sample
+            verdicts = {}
+    return {"total": sum(verdicts.values()), **verdicts}
 
 
 @contextlib.contextmanager
