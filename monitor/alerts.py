@@ -117,9 +117,10 @@ def _explain_unknown(axis: str, evidence: dict[str, Any]) -> str:
         f"{evidence['covered'][name][1]:.3g})"
         for name, value in evidence["conditions"].items()
     )
+    unsure = "knows nothing" if evidence["uncertain"] > 1.0 else f"is unsure by {evidence['uncertain']:.0%}"
     return (
-        f"{axis}: {evidence['indicator']} is {evidence['relative']:+.0%} off at {where}. There the baseline is unsure "
-        f"by {evidence['uncertain']:.0%}, so this is no finding of wear"
+        f"{axis}: {evidence['indicator']} is {evidence['relative']:+.0%} off at {where}. There the baseline "
+        f"{unsure}, so this is no finding of wear"
     )
 
 

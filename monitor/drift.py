@@ -184,7 +184,8 @@ def _conclude(
     worth = _rising(baseline, looked) & (np.abs(looked.mean) > floors)
     height = np.where(worth, np.abs(looked.t) / bars, 0.0)
     told = state.told is not None and state.told is not Kind.JAM
-    drifting = _lasts(baseline, looked, floors) if told else bool(height.max() > 1.0)
+    alike = _alike(looked, bars)
+    drifting = _lasts(baseline, looked, floors, alike) if told else bool(height.max() > 1.0)
     if told and not drifting:  # back to normal: what came before must not be seen again in long means
         state = dataclasses.replace(state, recent=state.recent[-STAYS_WINDOWS:], told=None)
         return dataclasses.replace(state, fresh=0, onset_ns=0), _findings(None, {})
@@ -194,6 +195,8 @@ def _conclude(
         if finding is not None:
             return dataclasses.replace(state, fresh=0), _findings(Kind.OPERATING_POINT, finding)
         return _refine(state, baseline, looked, floors), _findings(None, {})
+    if told:
+        height = np.where(alike[:, None], height, 0.0)
     if not height.any():  # lasts, though no single look-back tells it any more
         height = np.where(np.isfinite(floors), np.abs(looked.t) / bars, 0.0)
     m, index = (int(k) for k in np.unravel_index(int(np.argmax(height)), height.shape))
@@ -201,7 +204,7 @@ def _conclude(
     name = baseline.channels[index].name
     if "." in name:  # a parameter of a promoted effect says itself what grows
         verdict = Verdict({Kind.WEAR.value: 1.0}, {name: 1.0}, ())
-    kind = _kind(verdict.kinds, state.told)
+    kind = state.told if told and state.told and not alike[0] else _kind(verdict.kinds, state.told)
     onset = state.onset_ns if state.told is not None and state.onset_ns else state.recent[-1 - m].start_ns
     state = dataclasses.replace(state, told=kind, onset_ns=onset, fresh=0)
     index = _plainest(height[m], looked.mean[m], index)
@@ -226,15 +229,30 @@ def _rising(baseline: Baseline, looked: Looked) -> Any:
     return news
 
 
-def _lasts(baseline: Baseline, looked: Looked, floors: Floats) -> bool:
-    """Whether a change that was told is still there, over as few windows as can tell."""
+def _lasts(baseline: Baseline, looked: Looked, floors: Floats, alike: Any) -> bool:
+    """Whether a change that was told is still there, over as few windows as can tell, all of them `alike`."""
     rows = np.arange(len(looked.mean))[:, None]
-    sharp = (STAYS_ERRORS * looked.error < STAYS * floors) & (rows >= STAYS_WINDOWS - 1)
-    first = np.where(sharp.any(axis=0), sharp.argmax(axis=0), len(rows) - 1)
+    sharp = (STAYS_ERRORS * looked.error < STAYS * floors) & (rows >= STAYS_WINDOWS - 1) & alike[:, None]
+    last = int(np.flatnonzero(alike)[-1])
+    first = np.where(sharp.any(axis=0), sharp.argmax(axis=0), last)
     columns = np.arange(len(floors))
     mean, t = looked.mean[first, columns], looked.t[first, columns]
     rising = _rising(baseline, looked)[first, columns]
     return bool((rising & (np.abs(mean) > STAYS * floors) & (np.abs(t) > STAYS_ERRORS)).any())
+
+
+def _alike(looked: Looked, bars: Floats) -> Any:
+    """Look-backs whose mean is still true of the latest windows: what has ended meanwhile explains nothing. (m,)
+
+    The first of them, of one window, says whether the latest is like those before it.
+    """
+    short = min(STAYS_WINDOWS, len(looked.mean)) - 1
+    watched = np.isfinite(bars)
+    apart = np.abs(looked.mean - looked.mean[short])[:, watched]
+    allowed = np.where(np.arange(len(apart))[:, None] < short, looked.error, looked.error[short])[:, watched]
+    found = (apart <= bars[watched] * allowed).all(axis=1)
+    found[short:] = np.logical_and.accumulate(found[short:])
+    return found
 
 
 def _refine(state: DriftState, baseline: Baseline, looked: Looked, floors: Floats) -> DriftState:

@@ -122,3 +122,18 @@ def test_growing_parameters_of_a_promoted_effect_are_wear_with_its_name():
     _, held, evidence = run((one(k, 20.0 + 0.5 * (k - 30)) for k in range(30, 70)), state)
     assert held[-1] == {Kind.WEAR}
     assert evidence["indicator"] == "rail_defect.amplitude"
+
+
+def test_a_payload_that_is_taken_off_again_ends_at_once_and_turns_into_nothing_else():
+    """A month with a payload nobody reported, on a machine that nobody asks for its temperature."""
+    late = []
+    for seed in range(6):
+        rng = np.random.default_rng([5, seed])
+        state, _, _ = run(estimate(k, rng, **HEALTHY, scatter=0.02) for k in range(60))
+        loaded = CAUSES["payload of 2 kg"][0]
+        state, held, _ = run((estimate(k, rng, **HEALTHY | loaded, scatter=0.02) for k in range(60, 100)), state)
+        assert held[-1] == {Kind.OPERATING_POINT}
+        _, held, _ = run((estimate(k, rng, **HEALTHY, scatter=0.02) for k in range(100, 120)), state)
+        assert set().union(*held) <= {Kind.OPERATING_POINT}
+        late.append(sum(map(bool, held)))
+    assert max(late) <= 3
