@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from monitor.baseline import Baseline
-from monitor.channels import REFERENCES, unmoved
+from monitor.channels import REFERENCES, UNEXPLAINED, lacking, unmoved
 from monitor.classes import Verdict, compared, compete
 from monitor.drift_state import DriftRule, DriftState, Step
 from monitor.findings import Kind
@@ -164,4 +164,11 @@ def evidence_of(
     }
     if verdict.sizes:
         told["size"] = verdict.sizes[0]
+    if channel.name == UNEXPLAINED:  # a logarithm inside, for it grows by factors
+        before, after = (
+            lacking(value, float(level))
+            for value, level in ((expected, friction[middle]), (told["indicator_now"], now[middle]))
+        )
+        told |= {"indicator_baseline": before, "indicator_now": after, "indicator_unit": rule.force_unit}
+        told["indicator_error"] *= after
     return told

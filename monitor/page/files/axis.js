@@ -31,7 +31,8 @@ function remember() {
 function head() {
   const learned = summary.baseline.complete;
   const heights = (summary.latest?.indicators ?? []).map((one) => [Math.max(one.sum_up, one.sum_down), one]);
-  const [height, leading] = heights.sort((a, b) => b[0] - a[0])[0] ?? [null, null];
+  const highest = heights.sort((a, b) => b[0] - a[0])[0] ?? [null, null];
+  const [height, leading] = heights.find(([share, one]) => !one.name.endsWith(' part') && share > 0.8 * highest[0]) ?? highest; // what people can picture
   const middle = (summary.latest?.indicators ?? []).find((one) => one.name === 'friction at mid speed');
   const friction = summary.latest?.parameters?.coulomb_force;
   const standing = Object.entries(summary.alarms);
