@@ -20,7 +20,7 @@ from plant.recording import Floats
 
 MISFIT = 0.01  # of friction: no change follows its textbook shape more closely
 BENT = 0.08  # of the change itself: shapes shift with v_s, temperature, wear of one rail more than the other
-LATENT_MISFIT = 0.3  # of the logarithm: unexplained force follows friction
+LATENT_MISFIT = 0.15  # of the logarithm: unexplained force follows friction
 ASYMMETRY_MISFIT = 0.01  # of friction: the two directions of a worn guide do not rub alike to better
 USUAL = 0.3  # of friction: size of a change worth an alert
 SCALE = 0.1  # usual error of a torque constant [1]

@@ -25,6 +25,7 @@ from monitor.commands import Command
 from monitor.errors import QueryError
 from plant import keys
 from plant.axis_file import write_axis
+from plant.errors import ReachError
 from plant.publisher import SamplePublisher
 from plant.scenario import Burst
 from plant.simulator import burst_blocks
@@ -111,7 +112,9 @@ class Fleet:
         for name, told in self.status.items():
             for kind, state in told["alarms"].items():
                 if "unacknowledged" in state:
-                    with contextlib.suppress(QueryError):  # somebody else did, or it returned meanwhile
+                    with contextlib.suppress(
+                        QueryError, ReachError
+                    ):  # somebody else did, it returned, nobody answers in time
                         order = Command("acknowledge", name, {"kind": kind}, "operator")
                         send_command(self.session, SITE, keys.PREFIX, order)
 
