@@ -76,8 +76,8 @@ class Baseline:
         return isinstance(other, Baseline) and self.to_dict() == other.to_dict()
 
     def __hash__(self) -> int:
-        """By the windows it was made of, and refined with."""
-        return hash((self.windows, self.from_ns, self.to_ns, self.moments.dof))
+        """By the windows it was made of, and what refined it."""
+        return hash((self.windows, self.from_ns, self.to_ns, self.moments.dof, self.moments.blocks))
 
     @property
     def extra(self) -> tuple[str, ...]:
@@ -230,9 +230,7 @@ def refined(baseline: Baseline, x: Floats, y: Floats, end_ns: int) -> Baseline:
     block = Moments.of(x, y)
     residuals = y - baseline.moments.mean_y - (x - baseline.moments.mean_x) @ baseline.fit.slopes
     block = block.with_lags(residuals - residuals.mean(axis=0))
-    fit, off = baseline.fit, residuals.mean(axis=0)
-    alone = fit.variance * (1 + fit.correlation) / (1 - fit.correlation) * (1 / len(x) + 1 / baseline.windows)
-    block = dataclasses.replace(block, blocks=1, wandered=off**2 - alone)
+    block = dataclasses.replace(block, blocks=1, wandered=_beyond_scatter(baseline, residuals))
     ranges = tuple(
         (min(low, float(column.min())), max(high, float(column.max())))
         for (low, high), column in zip(baseline.ranges, x.T, strict=True)
@@ -247,3 +245,20 @@ def refined(baseline: Baseline, x: Floats, y: Floats, end_ns: int) -> Baseline:
         moments=moments,
         fit=_fit(moments, baseline.channels, baseline.movers, ranges),
     )
+
+
+def wandered(baseline: Baseline, residuals: Floats) -> Baseline:
+    """The baseline that has seen the axis go as far as `residuals` (n, J) and come back; nothing else is learned."""
+    moments = baseline.moments
+    known = np.nan_to_num(residuals, nan=0.0)
+    seen = moments.wandered + np.maximum(_beyond_scatter(baseline, known), 0.0)
+    moments = dataclasses.replace(moments, blocks=moments.blocks + 1, wandered=seen)
+    fit = _fit(moments, baseline.channels, baseline.movers, baseline.ranges)
+    return dataclasses.replace(baseline, moments=moments, fit=fit)
+
+
+def _beyond_scatter(baseline: Baseline, residuals: Floats) -> Floats:
+    """Squared mean of residuals (n, J), less what scatter alone would make. (J,)"""
+    fit, off = baseline.fit, residuals.mean(axis=0)
+    alone = fit.variance * (1 + fit.correlation) / (1 - fit.correlation)
+    return np.asarray(off**2 - alone * (1 / len(residuals) + 1 / baseline.windows), dtype=np.float64)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from monitor.baseline import Baseline, learn, refined
+from monitor.baseline import Baseline, learn, refined, wandered
 from monitor.channels import PARTS, REFERENCES, SHAPES, UNEXPLAINED, Seen, lacking, numbers_of
 from monitor.classes import Verdict
 from monitor.data_quality import judge_quality
@@ -187,13 +187,15 @@ def _conclude(
     alike = _alike(looked, bars)
     drifting = _lasts(baseline, looked, floors, alike) if told else bool(height.max() > 1.0)
     if told and not drifting:  # back to normal: what came before must not be seen again in long means
+        if state.told in (Kind.WEAR, Kind.LUBRICATION):
+            state = dataclasses.replace(state, baseline=_taught(state, baseline))
         state = dataclasses.replace(state, recent=state.recent[-STAYS_WINDOWS:], told=None)
         return dataclasses.replace(state, fresh=0, onset_ns=0), _findings(None, {})
     if not drifting:
         finding = uncovered(baseline, looked, bars, worth, state, rule)
         state = dataclasses.replace(state, told=None, onset_ns=0)
-        if finding is not None:
-            return dataclasses.replace(state, fresh=0), _findings(Kind.OPERATING_POINT, finding)
+        if finding is not None:  # remembered like the others: so it is learned what friction does there
+            return state, _findings(Kind.OPERATING_POINT, finding)
         return _refine(state, baseline, looked, floors), _findings(None, {})
     if told:
         height = np.where(alike[:, None], height, 0.0)
@@ -219,6 +221,18 @@ def _plainest(height: Floats, mean: Floats, index: int) -> int:
     friction = [*range(len(SHAPES)), *range(len(mean) - len(PARTS), len(mean))]
     along = [j for j in friction if height[j] > 0.0 and mean[j] * mean[REFERENCES // 2] > 0.0]
     return max(along, key=lambda j: float(height[j])) if index in friction and along else index
+
+
+def _taught(state: DriftState, baseline: Baseline) -> Baseline:
+    """The baseline after a change that went as it came: so far this axis wanders by itself.
+
+    After a repair a new baseline is due; without one, the axis is watched a little less closely than it could be.
+    """
+    episode = tuple(step for step in state.recent[:-STAYS_WINDOWS] if step.start_ns >= state.onset_ns)
+    if not episode:
+        return baseline
+    _, residuals = look_back(baseline, episode)
+    return wandered(baseline, residuals)
 
 
 def _rising(baseline: Baseline, looked: Looked) -> Any:

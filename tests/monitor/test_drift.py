@@ -267,3 +267,18 @@ def test_a_change_that_hovers_at_the_floor_does_not_chatter():
         _, held = watch(RULE, (estimate(k, rng, **change) for k in range(60, 180)), state)
         often.append(raised(held))
     assert np.mean(often) <= 4  # in four months; without the dead-band every third window turns it
+
+
+def test_an_axis_whose_friction_comes_and_goes_by_itself_is_told_fewer_and_fewer_times():
+    """A tenth of the year 4 % more friction, ten days at a time: what went as it came is how this axis is."""
+    early = late = 0
+    for seed in range(4):
+        rng = np.random.default_rng([8, seed])
+        lives = (
+            estimate(k, rng, scatter=0.008, error=0.002, **dict.fromkeys(DRY, 1.04 if k % 50 > 39 and k > 60 else 1.0))
+            for k in range(760)
+        )
+        _, held = watch(RULE, lives)
+        early, late = early + raised(held[:400]), late + raised(held[400:])
+    assert early >= 4
+    assert late <= early / 2
