@@ -98,8 +98,8 @@ class Seen:
 def mover(name: str, value: float) -> float:
     """What friction moves with in proportion: load as it is, temperature as lubricants feel it. [kg or K]
 
-    A lubricant thins by so many percent per kelvin, not by so many newtons: a line through a spring's windows would be
-    off by half the change of a summer. In kelvin at the usual temperature, less and less of them above it.
+    A lubricant thins by so many percent per kelvin, not by so many newtons: over twenty kelvin a line would be off by a
+    fifth of the change. In kelvin at the usual temperature, less and less of them above it.
     """
     if name != "temperature":
         return value

@@ -84,7 +84,7 @@ def test_temperature_is_corrected_for_and_wear_seen_through_it():
 
 
 def test_a_summer_far_beyond_the_baseline_raises_nothing():
-    """Learned from 8 to 20 degC, 33 in summer: a line through the first months is off by half of what August does."""
+    """Learned from 8 to 20 degC, 34 in summer: a straight line is off by a quarter of what August does."""
     raised = 0
     for seed in range(4):
         rng = np.random.default_rng([4, seed])
@@ -125,7 +125,7 @@ def test_growing_parameters_of_a_promoted_effect_are_wear_with_its_name():
 
 
 def test_a_payload_that_is_taken_off_again_ends_at_once_and_turns_into_nothing_else():
-    """A month with a payload nobody reported, on a machine that nobody asks for its temperature."""
+    """Forty days with a payload nobody reported, on a machine that tells no temperature."""
     late = []
     for seed in range(6):
         rng = np.random.default_rng([5, seed])

@@ -270,7 +270,7 @@ def test_a_change_that_hovers_at_the_floor_does_not_chatter():
 
 
 def test_an_axis_whose_friction_comes_and_goes_by_itself_is_told_fewer_and_fewer_times():
-    """A tenth of the year 4 % more friction, ten days at a time: what went as it came is how this axis is."""
+    """4 % more friction on ten days of fifty: what went as it came is how this axis is."""
     early = late = 0
     for seed in range(4):
         rng = np.random.default_rng([8, seed])

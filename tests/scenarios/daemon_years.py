@@ -112,9 +112,8 @@ class Fleet:
         for name, told in self.status.items():
             for kind, state in told["alarms"].items():
                 if "unacknowledged" in state:
-                    with contextlib.suppress(
-                        QueryError, ReachError
-                    ):  # somebody else did, it returned, nobody answers in time
+                    # Somebody else did, it returned meanwhile, or nobody answers in time: the next round tries again.
+                    with contextlib.suppress(QueryError, ReachError):
                         order = Command("acknowledge", name, {"kind": kind}, "operator")
                         send_command(self.session, SITE, keys.PREFIX, order)
 
