@@ -31,7 +31,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind cluster next-experiment before-after cannot-see axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -137,6 +137,9 @@ picture: $(VENV)/.ready-dev  ## the screenshot of the README, from a demo that r
 
 axis-years: var/studies/pool.npz  ## how often a healthy axis cries wolf: 1000 axis-years, errors from 10 500 real answers; hours; ARGS="--years 50"
 	$(PY) -m tests.monitor.studies.axis_years $(ARGS)
+
+machine-years: var/studies/pool.npz  ## the machines of daemon-years without the daemon, hundreds of years from real answers; ARGS="--machines 50 --list"
+	$(PY) -m tests.monitor.studies.machine_years $(ARGS)
 
 healthy-lives: var/studies/pool.npz  ## does friction that wanders by a percent over days cry wolf? half-years of the scenario `healthy`; ARGS="--lives 40"
 	$(PY) -m tests.monitor.studies.healthy_lives $(ARGS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -129,24 +130,29 @@ def _watched(reader: Reader, machine: Machine) -> float:
 
 def again(url: str, machines: list[Machine], rate: float, years: float) -> dict[str, Any]:
     """What the watch as it is now would have raised from the stored answers at another setting."""
-    false = collections.Counter()
-    for machine in machines:
-        config = Config(site="study", alarms={"false_alarms_per_axis_year": rate})
-        state, rule = DriftState(), drift_rule(machine.scenario.axis, config)
-        alarms: dict[str, AlarmRecord] = {}
-        settings = AlarmRule(off_count=config.alarms.off_windows)
-        for one in answers_of(url, machine.name):
-            state, findings = judge(state, one, rule)
-            for finding in findings:
-                kind, now = finding.kind.value, one.window.end_ns
-                record = alarms.get(kind) or AlarmRecord(kind)
-                moved, change = advance(record.alarm, Event.HOLDS if finding.holds else Event.GONE, now, settings)
-                if change is not None and change.after == "unacknowledged":
-                    judged, _ = verdict(machine, kind, now, {"evidence": finding.evidence})
-                    false[kind] += judged == "false"
-                    moved, _ = advance(moved, Event.ACKNOWLEDGE, now, settings)
-                alarms[kind] = AlarmRecord(kind, moved)
-    return rate_of(sum(false.values()), years) | {"by_kind": {kind: n for kind, n in false.items() if n}}
+    told = [one for machine in machines for one in raised(machine, answers_of(url, machine.name), rate)]
+    false = collections.Counter(one["kind"] for one in told if one["judged"] == "false")
+    return rate_of(false.total(), years) | {"by_kind": dict(false)}
+
+
+def raised(machine: Machine, answers: Iterable[Estimate], rate: float) -> Iterator[dict[str, Any]]:
+    """Every alarm the watch as it is now raises from these answers, judged; each is acknowledged at once."""
+    config = Config(site="study", alarms={"false_alarms_per_axis_year": rate})
+    state, rule = DriftState(), drift_rule(machine.scenario.axis, config)
+    alarms: dict[str, AlarmRecord] = {}
+    settings = AlarmRule(off_count=config.alarms.off_windows)
+    for one in answers:
+        state, findings = judge(state, one, rule)
+        for finding in findings:
+            kind, now = finding.kind.value, one.window.end_ns
+            record = alarms.get(kind) or AlarmRecord(kind)
+            moved, change = advance(record.alarm, Event.HOLDS if finding.holds else Event.GONE, now, settings)
+            if change is not None and change.after == "unacknowledged":
+                judged, why = verdict(machine, kind, now, {"evidence": finding.evidence})
+                yield {"axis": machine.name, "day": day_of(now), "kind": kind, "judged": judged, "why": why,
+                       "evidence": finding.evidence}  # fmt: skip
+                moved, _ = advance(moved, Event.ACKNOWLEDGE, now, settings)
+            alarms[kind] = AlarmRecord(kind, moved)
 
 
 def answers_of(url: str, axis: str) -> list[Estimate]:

@@ -42,6 +42,13 @@ class Pool:
         rows = self._by[family, loaded]
         return int(rows[rng.integers(len(rows))])
 
+    def alike(self, family: int, load: float, rng: np.random.Generator, nearest: int) -> int:
+        """One of the windows whose payload [kg] is most like `load`; where that is none, any without one."""
+        if not load:
+            return self.draw(family, False, rng)
+        rows = self._by[family, True]
+        return int(rng.choice(rows[np.argsort(np.abs(self.rows["load"][rows] - load))[:nearest]]))
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -171,10 +178,11 @@ def answer(
     half = force * rows["half"][row][told] / rows["value"][row][told]
     curve = Curve(*(tuple(one.tolist()) for one in (speeds, force, force - half, force + half)),
                   float(rows["fastest"][row]))  # fmt: skip
-    weight = GRAVITY * (payload + conditions["load"] - rows["load"][row]) if vertical else 0.0
+    carried = payload + conditions.get("load", 0.0) - float(rows["load"][row])  # more than that of the real window
+    weight = GRAVITY * carried if vertical else 0.0
     weight += change.get("offset", 0.0) + ((scale - 1) * WEIGHT if vertical else 0.0)
     parameters = [Parameter("stribeck_velocity", law.stribeck_velocity, "m/s", 0.0, 1.0)]
-    for name, unit, shift in (("constant", "N", weight), ("mass", "kg", payload)):
+    for name, unit, shift in (("constant", "N", weight), ("mass", "kg", carried)):
         value, spread = scale ** (name == "mass") * (rows[name][row] + shift), rows[f"{name}_half"][row]
         if np.isfinite(spread):
             key = {"constant": "constant_force", "mass": "moving_mass"}[name]
