@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,16 +13,20 @@ from monitor.channels import (
     PARTS,
     REFERENCES,
     SHAPES,
+    THINNING,
     UNEXPLAINED,
     Channel,
     Parts,
     Seen,
     channels_of,
     extras_of,
+    film_of,
     mover,
     numbers_of,
     parts_of,
+    reactions,
     reference_speeds,
+    shapes_of,
     unmoved,
 )
 from monitor.glr import YEAR_NS
@@ -30,7 +34,9 @@ from monitor.moments import FINEST, LOG_FINEST, PER_KELVIN, PER_LOAD, Fitted, Mo
 from plant.recording import Floats
 
 WANDERING = 0.003  # of the scale: friction of a healthy machine wanders over days (paper, section 5)
+FILTERED = 0.02  # of the dry part: so far off the filter of the viscous part expects it, by chance or unseen wandering
 STEADY = 0.001  # the same of what is viscous, once the temperature explains how thin the lubricant is
+UNTOLD = 4.0  # K, rms: how far a hall leaves the temperature of the baseline, where nobody tells it
 FILM = (SHAPES[6], PARTS[1])
 LEVEL_WINDOWS = 4  # times the windows of the first baseline: so many more refine the level, then it stands
 
@@ -80,6 +86,11 @@ class Baseline:
         return hash((self.windows, self.from_ns, self.to_ns, self.moments.dof, self.moments.blocks))
 
     @property
+    def frame(self) -> Frame:
+        """What the numbers mean."""
+        return Frame(self.speeds, self.stribeck_velocity, self.parts, self.channels, self.movers)
+
+    @property
     def extra(self) -> tuple[str, ...]:
         """Names of what is watched beside friction."""
         return tuple(one.name for one in self.channels[len(SHAPES) : -len(PARTS)])
@@ -125,8 +136,9 @@ class Baseline:
         moments = Moments.from_dict(values["moments"])
         lists = {name: tuple(values[name]) for name in ("speeds", "movers", "usual")}
         ranges = tuple((float(low), float(high)) for low, high in values["ranges"])
-        fit = _fit(moments, channels, lists["movers"], ranges)
         lists["parts"] = tuple(tuple(one) for one in values["parts"])
+        frame = Frame(lists["speeds"], float(values["stribeck_velocity"]), lists["parts"], channels, lists["movers"])
+        fit = _fit(frame, moments, ranges)
         lists["made_of"] = tuple(tuple(one) for one in values["made_of"])
         return cls(**{**values, **lists, "ranges": ranges, "channels": channels, "moments": moments, "fit": fit})
 
@@ -135,16 +147,37 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _fit(
-    moments: Moments, channels: tuple[Channel, ...], movers: tuple[str, ...], ranges: tuple[tuple[float, float], ...]
-) -> Fitted:
+class Frame(NamedTuple):
+    """What the numbers of an axis mean; see `Baseline`."""
+
+    speeds: tuple[float, ...]
+    stribeck_velocity: float
+    parts: Parts
+    channels: tuple[Channel, ...]
+    movers: tuple[str, ...]
+
+    @property
+    def untold(self) -> float:
+        """How far the temperature moves the logarithm of the viscosity without our knowledge. [1]"""
+        return 0.0 if "temperature" in self.movers else THINNING * UNTOLD
+
+    def film(self, friction: Floats) -> Floats:
+        """What that does to friction at the reference speeds. (REFERENCES,)"""
+        return self.untold * film_of(friction, self.speeds, self.stribeck_velocity)
+
+
+def _fit(frame: Frame, moments: Moments, ranges: tuple[tuple[float, float], ...]) -> Fitted:
+    channels, movers, friction = frame.channels, frame.movers, moments.mean_y[:REFERENCES]
     scales = np.array([one.scale for one in channels])
     finest = np.array([LOG_FINEST if one.name == UNEXPLAINED else FINEST * one.scale for one in channels])
     heaviest = {name: max(abs(low), abs(high), 1e-9) for name, (low, high) in zip(movers, ranges, strict=True)}
     widths = np.array([PER_KELVIN if name == "temperature" else PER_LOAD / heaviest[name] for name in movers])
     steady = FILM if "temperature" in movers else ()
-    usual = np.array([STEADY if one.name in steady else WANDERING for one in channels])
-    return fitted(moments, scales, finest, widths, usual * scales)
+    usual = np.array([STEADY if one.name in steady else WANDERING for one in channels]) * scales
+    answers = reactions(frame.speeds, channels, frame.parts)
+    dry, _ = shapes_of(friction, frame.speeds)
+    leaks = np.array([WANDERING * (one.name in steady) for one in channels]) * (answers @ dry)  # into the viscous part
+    return fitted(moments, scales, finest, widths, np.hypot(usual, leaks), answers @ frame.film(friction))
 
 
 def learn(
@@ -177,13 +210,16 @@ def learn(
     )
     channels = channels_of(y.mean(axis=0), speeds, extra, min_change, units)
     ranges = tuple((float(column.min()), float(column.max())) for column in x.T)
-    parts = _parts(x, y, channels[: -len(PARTS)], movers, ranges, speeds)
+    known = [window.stribeck_velocity for window in seen if window.stribeck_velocity]
+    stribeck_velocity = float(np.median(known)) if known else speeds[len(speeds) // 2] / 2
+    frame = Frame(speeds, stribeck_velocity, (), channels[: -len(PARTS)], movers)
+    parts = _parts(frame, x, y, ranges)
+    frame = Frame(speeds, stribeck_velocity, parts, channels, movers)
     y, s = (np.array([pair[k] for pair in _with_parts(seen, speeds, extra, parts)]) for k in (0, 1))
     moments = Moments.of(x, y)
-    first = _fit(moments, channels, movers, ranges)
+    first = _fit(frame, moments, ranges)
     moments = moments.with_lags(y - moments.mean_y - (x - moments.mean_x) @ first.slopes)
     begin, end = seen[0], seen[-1]
-    known = [window.stribeck_velocity for window in seen if window.stribeck_velocity]
     return Baseline(
         windows=len(seen),
         needed=needed,
@@ -191,7 +227,7 @@ def learn(
         to_ns=end.end_ns,
         steps_per_year=(len(seen) - 1) / max(end.end_ns - begin.end_ns, 1) * YEAR_NS,
         speeds=speeds,
-        stribeck_velocity=float(np.median(known)) if known else speeds[len(speeds) // 2] / 2,
+        stribeck_velocity=stribeck_velocity,
         parts=parts,
         channels=channels,
         movers=movers,
@@ -199,23 +235,19 @@ def learn(
         usual=tuple(np.mean(s**2, axis=0).tolist()),
         made_of=tuple(window.window for window in seen),
         moments=moments,
-        fit=_fit(moments, channels, movers, ranges),
+        fit=_fit(frame, moments, ranges),
     )
 
 
-def _parts(
-    x: Floats,
-    y: Floats,
-    channels: tuple[Channel, ...],
-    movers: tuple[str, ...],
-    ranges: tuple[tuple[float, float], ...],
-    speeds: tuple[float, ...],
-) -> Parts:
-    """Matched filters from the scatter of the first windows."""
+def _parts(frame: Frame, x: Floats, y: Floats, ranges: tuple[tuple[float, float], ...]) -> Parts:
+    """Matched filters from the scatter of the first windows, and what they cannot have seen of it yet."""
     moments = Moments.of(x, y)
-    fit = _fit(moments, channels, movers, ranges)
+    fit = _fit(frame, moments, ranges)
+    friction = moments.mean_y[:REFERENCES]
     residuals = (y - moments.mean_y - (x - moments.mean_x) @ fit.slopes)[:, :REFERENCES]
-    return parts_of(moments.mean_y[:REFERENCES], residuals.T @ residuals / max(moments.dof, 1), speeds)
+    dry, film = FILTERED * shapes_of(friction, frame.speeds)[0], frame.film(friction)
+    covariance = residuals.T @ residuals / max(moments.dof, 1) + np.outer(dry, dry) + np.outer(film, film)
+    return parts_of(friction, covariance, frame.speeds)
 
 
 def _with_parts(
@@ -243,7 +275,7 @@ def refined(baseline: Baseline, x: Floats, y: Floats, end_ns: int) -> Baseline:
         to_ns=end_ns if young else baseline.to_ns,
         ranges=ranges,
         moments=moments,
-        fit=_fit(moments, baseline.channels, baseline.movers, ranges),
+        fit=_fit(baseline.frame, moments, ranges),
     )
 
 
@@ -253,7 +285,7 @@ def wandered(baseline: Baseline, residuals: Floats) -> Baseline:
     known = np.nan_to_num(residuals, nan=0.0)
     seen = moments.wandered + np.maximum(_beyond_scatter(baseline, known), 0.0)
     moments = dataclasses.replace(moments, blocks=moments.blocks + 1, wandered=seen)
-    fit = _fit(moments, baseline.channels, baseline.movers, baseline.ranges)
+    fit = _fit(baseline.frame, moments, baseline.ranges)
     return dataclasses.replace(baseline, moments=moments, fit=fit)
 
 

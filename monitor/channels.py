@@ -173,14 +173,41 @@ def parts_of(friction: Floats, covariance: Floats, speeds: tuple[float, ...]) ->
         covariance: of one window about what temperature and load explain. (REFERENCES, REFERENCES)
         speeds: reference speeds.
     """
-    dry, viscous = sizes_of(friction, speeds)
     known = covariance + np.diag(RIDGE * np.diag(covariance) + (1e-4 * friction) ** 2)
     found = []
-    for shape in (dry * np.ones(REFERENCES), viscous * np.array(speeds) / speeds[-1]):
+    for shape in shapes_of(friction, speeds):
         weights = np.linalg.solve(known, shape)
         weights /= weights @ shape
         found.append((*weights.tolist(), float(weights @ friction)))
     return tuple(found)
+
+
+def shapes_of(friction: Floats, speeds: tuple[float, ...]) -> Floats:
+    """What the whole of each of `PARTS` makes at the reference speeds. (2, REFERENCES)"""
+    dry, viscous = sizes_of(friction, speeds)
+    return np.stack([dry * np.ones(REFERENCES), viscous * np.array(speeds) / speeds[-1]])
+
+
+def film_of(friction: Floats, speeds: tuple[float, ...], stribeck_velocity: float) -> Floats:
+    """Change of friction when the lubricant becomes thicker, per unit of the logarithm. (REFERENCES,)
+
+    Friction of a film is a function of speed times viscosity (Stribeck 1902): a thicker lubricant is like more speed.
+    """
+    v = np.array(speeds)
+    level, slope = _line(speeds) @ friction[len(speeds) // 2 :]
+    rise = friction[0] - (level + slope * v[0])
+    return np.asarray(slope * v - rise * v / stribeck_velocity * np.exp((v[0] - v) / stribeck_velocity))
+
+
+def reactions(speeds: tuple[float, ...], channels: tuple[Channel, ...], parts: Parts) -> Floats:
+    """How the numbers answer to friction at the reference speeds, in the order of `channels`. (J, REFERENCES)"""
+    lowest = np.eye(REFERENCES)
+    line = np.zeros((2, REFERENCES))
+    line[:, len(speeds) // 2 :] = _line(speeds)
+    rise = lowest[0] - line[0] - speeds[0] * line[1]
+    weights = np.array([one[:-1] for one in parts]).reshape(len(parts), REFERENCES)
+    others = np.zeros((len(channels) - len(SHAPES) - len(parts), REFERENCES))
+    return np.vstack([lowest, line, rise, others, weights])
 
 
 @functools.lru_cache(maxsize=1024)

@@ -24,6 +24,7 @@ LATENT_MISFIT = 0.15  # of the logarithm: unexplained force follows friction
 ASYMMETRY_MISFIT = 0.01  # of friction: the two directions of a worn guide do not rub alike to better
 USUAL = 0.3  # of friction: size of a change worth an alert
 SCALE = 0.1  # usual error of a torque constant [1]
+PAYLOAD, TORQUE = 0.2, 0.04  # beforehand: production changes loads every week, a torque constant changes with a repair
 LOUDER = 1.2  # of the logarithm: usual growth of the unexplained force under a mismatch
 
 
@@ -100,7 +101,7 @@ def causes_of(baseline: Baseline, weight: float, temperature_known: bool) -> Ite
     slow = move(middle * np.exp(-v / v_s))
     louder = move(unexplained=1.0)
     offset = move(asymmetry=middle)
-    mass = 0.0 if (index := baseline.index(MASS)) is None else float(abs(baseline.moments.mean_y[index]))
+    mass = _mass(baseline)
     scaled = move(baseline.friction, asymmetry=weight, mass=mass)
 
     def cause(kind: Kind, shape: str, prior: float, *moves: tuple[Floats, float], rising: bool | None = None) -> Cause:
@@ -116,13 +117,13 @@ def causes_of(baseline: Baseline, weight: float, temperature_known: bool) -> Ite
         yield cause(Kind.OPERATING_POINT, "temperature", 0.04, (viscous, USUAL), (slow, USUAL / 3))
     if weight and ASYMMETRY in names:
         payload = move(asymmetry=weight, mass=mass)
-        yield cause(Kind.OPERATING_POINT, "payload", 0.08, (payload, 0.1), (dry, USUAL / 6), (louder, LOUDER / 3))
+        yield cause(Kind.OPERATING_POINT, "payload", PAYLOAD, (payload, 0.1), (dry, USUAL / 6), (louder, LOUDER / 3))
     elif ASYMMETRY in names:
         yield cause(Kind.OPERATING_POINT, "outside force", 0.05, (offset, USUAL), (dry, USUAL / 6))
     if mass:
-        yield cause(Kind.OPERATING_POINT, "payload", 0.08, (move(mass=mass), SCALE), (dry, USUAL / 6))
+        yield cause(Kind.OPERATING_POINT, "payload", PAYLOAD, (move(mass=mass), SCALE), (dry, USUAL / 6))
     if (weight and ASYMMETRY in names) or mass:
-        yield cause(Kind.DATA_QUALITY, "torque scale", 0.08, (scaled, SCALE), (louder, LOUDER / 3))
+        yield cause(Kind.DATA_QUALITY, "torque scale", TORQUE, (scaled, SCALE), (louder, LOUDER / 3))
     if UNEXPLAINED in names:
         yield cause(
             Kind.MODEL_MISMATCH, "left-out physics", 0.15, (louder, LOUDER), (dry, USUAL / 6), (slow, USUAL / 6),
@@ -144,7 +145,7 @@ def compete(
     """
     middle = _middle(baseline)
     names = [baseline.channels[index].name for index in compared(baseline)]
-    tolerance = np.array([_tolerance(name, middle) for name in names])
+    tolerance = np.array([_tolerance(name, middle, _mass(baseline)) for name in names])
     tolerance[:REFERENCES] += (BENT * np.abs(change[:REFERENCES])) ** 2
     known = covariance + np.diag(tolerance)
     scores: dict[str, float] = {}
@@ -168,9 +169,16 @@ def _middle(baseline: Baseline) -> float:
     return float(abs(baseline.friction[REFERENCES // 2])) or 1.0
 
 
-def _tolerance(name: str, middle: float) -> float:
+def _mass(baseline: Baseline) -> float:
+    """Usual moving mass, 0 where it is not estimated. [kg or kg*m^2]"""
+    return 0.0 if (index := baseline.index(MASS)) is None else float(abs(baseline.moments.mean_y[index]))
+
+
+def _tolerance(name: str, middle: float, mass: float) -> float:
     if name == UNEXPLAINED:
         return LATENT_MISFIT**2
+    if name == MASS:
+        return (MISFIT * mass) ** 2
     return float(((ASYMMETRY_MISFIT if name == ASYMMETRY else MISFIT) * middle) ** 2)
 
 

@@ -89,7 +89,7 @@ def _step(state: DriftState, baseline: Baseline, seen: Seen, rule: DriftRule) ->
     after = dataclasses.replace(_with(state, step, rule), passed_run=0)
     recent = after.recent
     looked, residuals = look_back(baseline, recent)
-    bars = bars_of(baseline, rule)
+    bars = bars_of(baseline, looked, rule)
     after, jam = _judge_jam(state, after, baseline, looked, residuals, bars, rule)
     if jam is not None:
         return after, _findings(Kind.JAM, jam)
@@ -148,7 +148,7 @@ def _judge_jam(
     if level is None and before.told is None and len(residuals) > 1:
         usual = float(np.median(residuals[-1 - RECENT : -1, middle]))
         limit = bar(rule.false_alarms_per_year * SPENT_ON_JAM, baseline.steps_per_year, baseline.fit.dof)
-        if now - usual >= rule.jam_rise * normal and looked.t[0, middle] >= max(limit, bars[middle]):
+        if now - usual >= rule.jam_rise * normal and looked.t[0, middle] >= max(limit, bars[0, middle]):
             verdict = explain(baseline, looked, 0, rule)
             if max(verdict.kinds, key=lambda kind: verdict.kinds[kind]) == Kind.WEAR:
                 level = usual
@@ -261,10 +261,10 @@ def _alike(looked: Looked, bars: Floats) -> Any:
     The first of them, of one window, says whether the latest is like those before it.
     """
     short = min(STAYS_WINDOWS, len(looked.mean)) - 1
-    watched = np.isfinite(bars)
+    watched = np.isfinite(bars[0])
     apart = np.abs(looked.mean - looked.mean[short])[:, watched]
-    allowed = np.where(np.arange(len(apart))[:, None] < short, looked.error, looked.error[short])[:, watched]
-    found = (apart <= bars[watched] * allowed).all(axis=1)
+    allowed = np.where(np.arange(len(apart))[:, None] < short, looked.near, looked.near[short])[:, watched]
+    found = (apart <= bars[:, watched] * allowed).all(axis=1)
     found[short:] = np.logical_and.accumulate(found[short:])
     return found
 
@@ -316,7 +316,7 @@ def indicators(state: DriftState, estimate: Estimate, rule: DriftRule) -> list[d
     latest = bool(state.recent) and state.recent[-1].end_ns == step.end_ns  # windows of a jam are not remembered
     looked, _ = look_back(baseline, state.recent if latest else _with(state, step, rule).recent)
     expected = baseline.moments.mean_y + np.array(step.away) @ baseline.fit.slopes
-    up, down = towards(baseline, looked, bars_of(baseline, rule))
+    up, down = towards(baseline, looked, bars_of(baseline, looked, rule))
     found: list[dict[str, Any]] = [
         {
             "name": one.name,

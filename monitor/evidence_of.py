@@ -12,7 +12,7 @@ from monitor.channels import REFERENCES, UNEXPLAINED, lacking, unmoved
 from monitor.classes import Verdict, compared, compete
 from monitor.drift_state import DriftRule, DriftState, Step
 from monitor.findings import Kind
-from monitor.glr import LONGEST, Looked, common_bar, look, variances
+from monitor.glr import LONGEST, Looked, common_bars, freedom, look, variances
 from monitor.trend import DAY_NS, project
 from plant.recording import Floats
 
@@ -38,18 +38,20 @@ def look_back(baseline: Baseline, recent: tuple[Step, ...]) -> tuple[Looked, Flo
 
 
 @functools.lru_cache(maxsize=1024)
-def _bar(baseline: Baseline, rate: float) -> float:
+def _bars(baseline: Baseline, rate: float) -> Floats:
     floors = np.array([one.floor for one in baseline.channels])
     watched = np.isfinite(floors)
     usual = np.arange(1.0, LONGEST + 1)[:, None] * np.ones_like(floors)
-    errors = np.sqrt(variances(usual, baseline.fit, baseline.windows))
-    return common_bar(rate, baseline.steps_per_year, errors[:, watched], floors[watched], baseline.fit.dof)
+    errors = np.sqrt(variances(usual, baseline.fit, baseline.windows))[:, watched]
+    dof = freedom(usual, baseline.fit, baseline.windows)[:, watched]
+    found = np.full(usual.shape, np.inf)
+    found[:, watched] = common_bars(rate, baseline.steps_per_year, errors, floors[watched], dof)
+    return found
 
 
-def bars_of(baseline: Baseline, rule: DriftRule) -> Floats:
-    """Bar of each channel, in standard errors; infinite where it is not watched. (J,)"""
-    watched = np.array([np.isfinite(one.floor) for one in baseline.channels])
-    return np.where(watched, _bar(baseline, rule.false_alarms_per_year * (1 - SPENT_ON_JAM)), np.inf)
+def bars_of(baseline: Baseline, looked: Looked, rule: DriftRule) -> Floats:
+    """Bar of each mean, in standard errors; infinite where a number is not watched. (m, J)"""
+    return _bars(baseline, rule.false_alarms_per_year * (1 - SPENT_ON_JAM))[: len(looked.mean)]
 
 
 def towards(baseline: Baseline, looked: Looked, bars: Floats) -> tuple[Floats, Floats]:

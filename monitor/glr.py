@@ -6,7 +6,7 @@ CUSUM is for one. The error holds what a plain CUSUM leaves out: the baseline is
 err alike, some windows are less certain, and far from the temperatures and loads of the baseline less is known.
 
 A change must also pass a floor (it is worth telling). Where the floor alone keeps back most of what chance does, the
-bar may be lower at the same rate of false alarms: `common_bar` counts both.
+bar may be lower at the same rate of false alarms: `common_bars` counts both.
 """
 
 from __future__ import annotations
@@ -35,11 +35,13 @@ class Looked:
         mean: weighted mean deviation. (m, J)
         error: its standard error. (m, J)
         plain: the same without what the baseline does not know at these temperatures and loads. (m, J)
+        near: the same without what moves it untold, which is much alike over a few weeks. (m, J)
     """
 
     mean: Floats
     error: Floats
     plain: Floats
+    near: Floats
 
     @property
     def t(self) -> Floats:
@@ -65,8 +67,8 @@ def bar(rate: float, steps_per_year: float, dof: float) -> float:
     return float(-stdtrit(dof, ndtr(-max(high, 2.0))))
 
 
-def common_bar(rate: float, steps_per_year: float, errors: Floats, floors: Floats, dof: float) -> float:
-    """Deviation, in standard errors, that healthy numbers with floors pass `rate` times a year, all of them together.
+def common_bars(rate: float, steps_per_year: float, errors: Floats, floors: Floats, dof: Floats) -> Floats:
+    """Deviations, in standard errors, that healthy numbers with floors pass `rate` times a year, all together. (m, J)
 
     Bonferroni over the numbers, the sum of Siegmund & Venkatraman's clumps over m (their integral, taken apart, the
     first term exact), each at the higher of bar and floor.
@@ -76,7 +78,7 @@ def common_bar(rate: float, steps_per_year: float, errors: Floats, floors: Float
         steps_per_year: windows. [1/a]
         errors: standard errors of the means over the last m windows. (m, J)
         floors: smallest change that is told. (J,)
-        dof: behind the scatter.
+        dof: behind the errors. (m, J)
     """
     m = np.arange(1, len(errors) + 1)[:, None]
     needed = _normal(floors / errors, dof)
@@ -97,17 +99,17 @@ def _clumps(c: Floats, m: Any) -> Floats:
     return np.asarray(np.where(m == 1, 2 * ndtr(-c), later), dtype=np.float64)
 
 
-def _normal(t: Floats, dof: float) -> Floats:
+def _normal(t: Floats, dof: Floats) -> Floats:
     """Normal deviate of the same probability as Student's t (Wallace 1959; good to a percent of the deviate)."""
     return np.asarray(_shrunk(dof) * np.sqrt(dof * np.log1p(np.minimum(t, 1e6) ** 2 / dof)), dtype=np.float64)
 
 
-def _student(c: float, dof: float) -> float:
+def _student(c: float, dof: Floats) -> Floats:
     """The inverse of `_normal`."""
-    return float(np.sqrt(dof * np.expm1(min((c / _shrunk(dof)) ** 2 / dof, 50.0))))
+    return np.asarray(np.sqrt(dof * np.expm1(np.minimum((c / _shrunk(dof)) ** 2 / dof, 50.0))), dtype=np.float64)
 
 
-def _shrunk(dof: float) -> float:
+def _shrunk(dof: Floats) -> Floats:
     return (8 * dof + 1) / (8 * dof + 3)
 
 
@@ -125,7 +127,16 @@ def variances(total: Floats, fit: Fitted, baseline_windows: int) -> Floats:
     forever = (1 + fit.correlation) / (1 - fit.correlation)
     scatter = fit.variance * (_inflation(rho, len(total)) / total + forever / baseline_windows)
     then = BLOCK / np.maximum(baseline_windows, BLOCK)  # wandering is that of blocks: the level averages over several
-    return np.asarray(scatter + fit.wandering * (1.0 + then), dtype=np.float64)
+    return np.asarray(scatter + fit.wandering * (1.0 + then) + fit.untold, dtype=np.float64)
+
+
+def freedom(total: Floats, fit: Fitted, baseline_windows: int) -> Floats:
+    """Degrees of freedom of `variances` (Satterthwaite 1946): few blocks tell how far an axis wanders. (m, J)"""
+    whole = variances(total, fit, baseline_windows)
+    wandering = fit.wandering * (1.0 + BLOCK / np.maximum(baseline_windows, BLOCK))
+    scatter = whole - wandering - fit.untold
+    unsure = scatter**2 / fit.dof + wandering**2 / fit.wandering_dof
+    return np.asarray(whole**2 / unsure, dtype=np.float64)
 
 
 def look(residuals: Floats, looseness: Floats, away: Floats, fit: Fitted, baseline_windows: int) -> Looked:
@@ -147,4 +158,5 @@ def look(residuals: Floats, looseness: Floats, away: Floats, fit: Fitted, baseli
     if away.shape[1]:
         centre = np.cumsum(weight[:, :, None] * away[::-1][:, None, :], axis=0) / total[:, :, None]
         unsure = fit.variance * np.einsum("mjp,jpq,mjq->mj", centre, fit.spread, centre)
-    return Looked(mean, np.sqrt(plain + unsure), np.sqrt(plain))
+    whole = plain + unsure
+    return Looked(mean, np.sqrt(whole), np.sqrt(plain), np.sqrt(whole - fit.untold))

@@ -120,7 +120,9 @@ class Fitted:
         variance: of one window about the prediction. (J,)
         correlation: of neighbouring windows. (J,)
         wandering: variance of what wanders over days. (J,)
+        untold: variance of what moves it and is not told. (J,)
         dof: degrees of freedom of the variance.
+        wandering_dof: of the wandering.
     """
 
     slopes: Floats
@@ -128,10 +130,14 @@ class Fitted:
     variance: Floats
     correlation: Floats
     wandering: Floats
+    untold: Floats
     dof: float
+    wandering_dof: float
 
 
-def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats, wandering: Floats) -> Fitted:
+def fitted(
+    moments: Moments, scales: Floats, finest: Floats, widths: Floats, wandering: Floats, untold: Floats
+) -> Fitted:
     """Ridge regression of every number: slopes shrink to zero where the windows did not vary.
 
     Args:
@@ -140,6 +146,7 @@ def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats, wan
         finest: least standard deviation. (J,)
         widths: standard deviation of a slope before anything was seen, relative to the scale. (p,)
         wandering: how far each number is believed to wander over days before anything was seen. (J,)
+        untold: standard deviation of what moves the numbers and is not told. (J,)
     """
     p, count = moments.sxy.shape
     slopes, spread = np.zeros((p, count)), np.zeros((count, p, p))
@@ -158,4 +165,7 @@ def fitted(moments: Moments, scales: Floats, finest: Floats, widths: Floats, wan
     correlation = np.clip(correlation, 0.0, HIGHEST_CORRELATION)
     wandered = (PRIOR_BLOCKS * wandering**2 + moments.wandered) / (PRIOR_BLOCKS + moments.blocks)
     wandered = np.clip(wandered, (LEAST_WANDERING * wandering) ** 2, (MOST_WANDERING * scales) ** 2)
-    return Fitted(slopes, spread, variance, correlation, wandered, float(max(moments.dof - p, 3)))
+    return Fitted(
+        slopes, spread, variance, correlation, wandered, untold**2, float(max(moments.dof - p, 3)),
+        float(PRIOR_BLOCKS + moments.blocks),
+    )  # fmt: skip

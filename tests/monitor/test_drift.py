@@ -50,8 +50,8 @@ def test_a_rise_of_viscous_friction_by_a_tenth_is_found_though_friction_at_mid_s
     delays = []
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        state, _ = watch(RULE, (estimate(k, rng) for k in range(40)))
-        _, held = watch(RULE, (estimate(k, rng, viscous=1.1) for k in range(40, 60)), state)
+        state, _ = watch(RULE, (estimate(k, rng, temperature=21.0) for k in range(40)))
+        _, held = watch(RULE, (estimate(k, rng, temperature=21.0, viscous=1.1) for k in range(40, 60)), state)
         delays.append(delay_of(held))
     assert np.median(delays) <= 3
 

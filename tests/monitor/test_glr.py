@@ -1,9 +1,11 @@
 """The bar is where it must be, on deviates that are independent, alike in error, unequally certain, or few."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from monitor.glr import LONGEST, YEAR_NS, bar, look
+from monitor.glr import LONGEST, YEAR_NS, bar, common_bars, freedom, look, variances
 from monitor.moments import Fitted
 
 STEPS = 365.25
@@ -12,7 +14,7 @@ STEPS = 365.25
 def fit(correlation=0.0, spread=None):
     return Fitted(
         np.zeros((0 if spread is None else 1, 1)), np.zeros((1, 0, 0)) if spread is None else spread,
-        np.ones(1), np.array([correlation]), np.zeros(1), 1e9,
+        np.ones(1), np.array([correlation]), np.zeros(1), np.zeros(1), 1e9, 1e9,
     )  # fmt: skip
 
 
@@ -72,3 +74,15 @@ def test_few_windows_and_rare_alarms_raise_the_bar():
     assert bar(1.0, STEPS, 19) > bar(1.0, STEPS, 100) > bar(1.0, STEPS, 1e9) > bar(3.0, STEPS, 1e9)
     assert bar(1.0, 10 * STEPS, 1e9) > bar(1.0, STEPS, 1e9)
     assert pytest.approx(STEPS * 86400e9) == YEAR_NS
+
+
+def test_what_few_blocks_tell_of_the_wandering_raises_the_bar_of_long_means_more_than_of_one_window():
+    known = dataclasses.replace(fit(), wandering=np.full(1, 0.1), dof=60.0, wandering_dof=4.0)
+    total = np.arange(1.0, LONGEST + 1)[:, None]
+    dof = freedom(total, known, 80)[:, 0]
+    assert dof[0] > 50 > 10 > dof[-1] > 4
+    bars = common_bars(1.0, STEPS, np.sqrt(variances(total, known, 80)), np.full(1, 1e-6), dof[:, None])
+    assert (np.diff(bars[:, 0]) > 0).all()
+    sure = common_bars(1.0, STEPS, np.sqrt(variances(total, known, 80)), np.full(1, 1e-6), np.full((LONGEST, 1), 60.0))
+    assert bars[-1, 0] > 1.3 * sure[-1, 0]
+    assert bars[0, 0] < 1.1 * sure[0, 0]
