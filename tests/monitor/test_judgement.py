@@ -26,7 +26,7 @@ def findings():
     rng, state, got = np.random.default_rng(0), DriftState(), []
     for k in range(40):
         worn = {"coulomb": 1.15, "static": 1.15} if k >= 30 else {}
-        state, found = judge(state, estimate(k, rng, **worn), DriftRule())
+        state, found = judge(state, estimate(k, rng, temperature=21.0, **worn), DriftRule())
         got.append(found)
     return got
 
