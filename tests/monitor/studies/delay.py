@@ -113,10 +113,10 @@ def one_number(deviations: np.ndarray, index: int) -> np.ndarray:
 class Changed:
     """Axes that run healthily and then change, each in every way."""
 
-    def __init__(self, axes: int, first: int, pool: Pool) -> None:
+    def __init__(self, axes: int, first: int, pool: Pool, *, tells: bool = True) -> None:
         self.lives, self.states, self.before = [], [], []
         for seed in range(first, first + axes):
-            axis = Axis(seed % len(FAMILIES), seed)
+            axis = Axis(seed % len(FAMILIES), seed, tells=tells)
             life, state, findings = Life(axis, pool, HEALTHY + AFTER), DriftState(), []
             for k in range(HEALTHY):
                 state, findings = judge(state, life[k], rule_of(axis))
@@ -281,6 +281,20 @@ def quick(healthy: Healthy, changed: Changed, wanted: float) -> None:
         )
 
 
+def untold(axes: int, first: int) -> None:
+    """The watch on axes that do not tell their temperature: what they find out, and when."""
+    warnings.simplefilter("ignore")
+    changed = Changed(axes, first + 1000, Pool(), tells=False)
+    print(f"{len(changed.lives)} axes without temperature (seeds from {first + 1000}); delays in windows", flush=True)
+    for what, names in KINDS.items():
+        for shape in ("step", "ramp"):
+            for size in SIZES:
+                delays, _ = changed.run(names, shape, size)
+                missed = int((delays > AFTER).sum())
+                print(f"{what} {shape} {size:+.0%}: median {np.median(delays):.0f}, mean {delays.mean():.1f}, "
+                      f"not within {AFTER} windows: {missed}", flush=True)  # fmt: skip
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--axes", type=int, default=120)
@@ -289,5 +303,9 @@ if __name__ == "__main__":
     parser.add_argument("--tries", type=int, default=7, help="halvings of river's bars")
     parser.add_argument("--few", type=int, default=60, help="axes of PELT and river, which are slow")
     parser.add_argument("--quick", action="store_true", help="watch and optimum only")
+    parser.add_argument("--untold", action="store_true", help="watch only, on axes that tell no temperature")
     given = parser.parse_args()
-    main(given.axes, given.years, given.first, given.tries, given.few, given.quick)
+    if given.untold:
+        untold(given.axes, given.first)
+    else:
+        main(given.axes, given.years, given.first, given.tries, given.few, given.quick)

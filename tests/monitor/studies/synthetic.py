@@ -61,6 +61,7 @@ class Axis:
         wandering: standard deviation of slow factors, turning over in five days. [1]
         daily, yearly, weather, warmth: of the temperature. [K]
         load: payload of half of the windows, reported. [kg]
+        tells: its temperature.
     """
 
     family: int
@@ -73,6 +74,7 @@ class Axis:
     weather: float = 1.0
     warmth: float = 4.0
     load: float = 0.0
+    tells: bool = True
 
     @classmethod
     def at_random(cls, seed: int) -> Axis:
@@ -143,7 +145,9 @@ class Life:
             stribeck_velocity=law.stribeck_velocity * stribeck / thickness * change.get("stribeck", 1.0),
             viscous_coefficient=law.viscous_coefficient * viscous * thickness * change.get("viscous", 1.0),
         )
-        conditions = {"temperature": float(self.temperature[k]), "load": float(self.load[k])}
+        conditions = {"load": float(self.load[k])}
+        if self.axis.tells:
+            conditions["temperature"] = float(self.temperature[k])
         start = round(self.day[k] * DAY_NS)
         return answer(self.pool, int(self.row[k]), law, k, start, conditions, self.vertical, change)
 
