@@ -12,7 +12,7 @@ from monitor.channels import REFERENCES, UNEXPLAINED, lacking, unmoved
 from monitor.classes import Verdict, compared, compete
 from monitor.drift_state import DriftRule, DriftState, Step
 from monitor.findings import Kind
-from monitor.glr import LONGEST, Looked, common_bars, freedom, look, variances
+from monitor.glr import LONGEST, Looked, common_bars, freedom, look, variances, widest
 from monitor.trend import DAY_NS, project
 from plant.recording import Floats
 
@@ -42,10 +42,10 @@ def _bars(baseline: Baseline, rate: float) -> Floats:
     floors = np.array([one.floor for one in baseline.channels])
     watched = np.isfinite(floors)
     usual = np.arange(1.0, LONGEST + 1)[:, None] * np.ones_like(floors)
-    errors = np.sqrt(variances(usual, baseline.fit, baseline.windows))[:, watched]
+    errors, most = (np.sqrt(of(usual, baseline.fit, baseline.windows))[:, watched] for of in (variances, widest))
     dof = freedom(usual, baseline.fit, baseline.windows)[:, watched]
     found = np.full(usual.shape, np.inf)
-    found[:, watched] = common_bars(rate, baseline.steps_per_year, errors, floors[watched], dof)
+    found[:, watched] = common_bars(rate, baseline.steps_per_year, errors, floors[watched], dof, most, baseline.fit.dof)
     return found
 
 

@@ -11,6 +11,7 @@ bar may be lower at the same rate of false alarms: `common_bars` counts both.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass
 from typing import Any
@@ -67,7 +68,9 @@ def bar(rate: float, steps_per_year: float, dof: float) -> float:
     return float(-stdtrit(dof, ndtr(-max(high, 2.0))))
 
 
-def common_bars(rate: float, steps_per_year: float, errors: Floats, floors: Floats, dof: Floats) -> Floats:
+def common_bars(
+    rate: float, steps_per_year: float, errors: Floats, floors: Floats, dof: Floats, most: Floats, sure: float
+) -> Floats:
     """Deviations, in standard errors, that healthy numbers with floors pass `rate` times a year, all together. (m, J)
 
     Bonferroni over the numbers, the sum of Siegmund & Venkatraman's clumps over m (their integral, taken apart, the
@@ -79,6 +82,8 @@ def common_bars(rate: float, steps_per_year: float, errors: Floats, floors: Floa
         errors: standard errors of the means over the last m windows. (m, J)
         floors: smallest change that is told. (J,)
         dof: behind the errors. (m, J)
+        most: errors no axis exceeds, (m, J); no bar is higher than with these ...
+        sure: ... and so many degrees of freedom.
     """
     m = np.arange(1, len(errors) + 1)[:, None]
     needed = _normal(floors / errors, dof)
@@ -87,7 +92,7 @@ def common_bars(rate: float, steps_per_year: float, errors: Floats, floors: Floa
         c = (low + high) / 2
         often = _clumps(np.maximum(c, needed), m).sum() > rate / steps_per_year
         low, high = (c, high) if often else (low, c)
-    return _student(high, dof)
+    return np.asarray(np.minimum(_student(high, dof), _student(high, np.array(sure)) * most / errors), dtype=np.float64)
 
 
 def _clumps(c: Floats, m: Any) -> Floats:
@@ -128,6 +133,11 @@ def variances(total: Floats, fit: Fitted, baseline_windows: int) -> Floats:
     scatter = fit.variance * (_inflation(rho, len(total)) / total + forever / baseline_windows)
     then = BLOCK / np.maximum(baseline_windows, BLOCK)  # wandering is that of blocks: the level averages over several
     return np.asarray(scatter + fit.wandering * (1.0 + then) + fit.untold, dtype=np.float64)
+
+
+def widest(total: Floats, fit: Fitted, baseline_windows: int) -> Floats:
+    """`variances` of an axis that wanders as far as any may. (m, J)"""
+    return variances(total, dataclasses.replace(fit, wandering=np.maximum(fit.wandering, fit.most)), baseline_windows)
 
 
 def freedom(total: Floats, fit: Fitted, baseline_windows: int) -> Floats:

@@ -119,7 +119,7 @@ class Fitted:
         spread: (Sxx + prior)^-1 of each number; times `variance` the covariance of its slopes. (J, p, p)
         variance: of one window about the prediction. (J,)
         correlation: of neighbouring windows. (J,)
-        wandering: variance of what wanders over days. (J,)
+        wandering: variance of what wanders over days; `most` of it that may be believed. (J,)
         untold: variance of what moves it and is not told. (J,)
         dof: degrees of freedom of the variance.
         wandering_dof: of the wandering.
@@ -130,6 +130,7 @@ class Fitted:
     variance: Floats
     correlation: Floats
     wandering: Floats
+    most: Floats
     untold: Floats
     dof: float
     wandering_dof: float
@@ -164,8 +165,9 @@ def fitted(
     correlation = (moments.lag_product + CORRELATION * believed) / (moments.lag_square + believed)
     correlation = np.clip(correlation, 0.0, HIGHEST_CORRELATION)
     wandered = (PRIOR_BLOCKS * wandering**2 + moments.wandered) / (PRIOR_BLOCKS + moments.blocks)
-    wandered = np.clip(wandered, (LEAST_WANDERING * wandering) ** 2, (MOST_WANDERING * scales) ** 2)
+    most = (MOST_WANDERING * scales) ** 2
+    wandered = np.clip(wandered, (LEAST_WANDERING * wandering) ** 2, most)
     return Fitted(
-        slopes, spread, variance, correlation, wandered, untold**2, float(max(moments.dof - p, 3)),
+        slopes, spread, variance, correlation, wandered, most, untold**2, float(max(moments.dof - p, 3)),
         float(PRIOR_BLOCKS + moments.blocks),
     )  # fmt: skip

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from monitor.glr import LONGEST, YEAR_NS, bar, common_bars, freedom, look, variances
+from monitor.glr import LONGEST, YEAR_NS, bar, common_bars, freedom, look, variances, widest
 from monitor.moments import Fitted
 
 STEPS = 365.25
@@ -14,7 +14,7 @@ STEPS = 365.25
 def fit(correlation=0.0, spread=None):
     return Fitted(
         np.zeros((0 if spread is None else 1, 1)), np.zeros((1, 0, 0)) if spread is None else spread,
-        np.ones(1), np.array([correlation]), np.zeros(1), np.zeros(1), 1e9, 1e9,
+        np.ones(1), np.array([correlation]), np.zeros(1), np.ones(1), np.zeros(1), 1e9, 1e9,
     )  # fmt: skip
 
 
@@ -81,8 +81,16 @@ def test_what_few_blocks_tell_of_the_wandering_raises_the_bar_of_long_means_more
     total = np.arange(1.0, LONGEST + 1)[:, None]
     dof = freedom(total, known, 80)[:, 0]
     assert dof[0] > 50 > 10 > dof[-1] > 4
-    bars = common_bars(1.0, STEPS, np.sqrt(variances(total, known, 80)), np.full(1, 1e-6), dof[:, None])
+    errors, most = (np.sqrt(of(total, known, 80)) for of in (variances, widest))
+
+    def bars_with(dof):
+        return common_bars(1.0, STEPS, errors, np.full(1, 1e-6), dof, most, 60.0)
+
+    bars = bars_with(dof[:, None])
     assert (np.diff(bars[:, 0]) > 0).all()
-    sure = common_bars(1.0, STEPS, np.sqrt(variances(total, known, 80)), np.full(1, 1e-6), np.full((LONGEST, 1), 60.0))
+    sure = bars_with(np.full((LONGEST, 1), 60.0))
     assert bars[-1, 0] > 1.3 * sure[-1, 0]
     assert bars[0, 0] < 1.1 * sure[0, 0]
+    known = dataclasses.replace(known, most=np.full(1, 0.1))  # no axis wanders further than this one is believed to
+    most = np.sqrt(widest(total, known, 80))
+    assert bars_with(dof[:, None])[-1, 0] == pytest.approx(sure[-1, 0], rel=1e-6)

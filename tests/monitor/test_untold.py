@@ -82,6 +82,22 @@ def test_a_small_payload_is_no_wrong_torque():
     assert kinds.count(Kind.OPERATING_POINT) >= 0.95 * len(kinds)
 
 
+def test_a_payload_is_told_soon_after_the_baseline_by_a_constant_force_that_hardly_scatters():
+    """How far the constant force wanders is not known yet; but no axis wanders by more than a percent of friction."""
+    told = 0
+    for axis in range(8):
+        rng = np.random.default_rng([86, axis])
+
+        def one(k, force, rng=rng):
+            force = ("constant_force", force + 0.02 * rng.standard_normal(), "N")
+            return estimate(k, rng, temperature=20.0, latent=0.8, effects=(force,))
+
+        state, _ = run(DriftRule(weight=196.0), (one(k, 0.0) for k in range(24)))
+        _, held = run(DriftRule(weight=196.0), (one(k, 11.0) for k in range(24, 28)), state)
+        told += held[0] == {Kind.OPERATING_POINT}
+    assert told == 8
+
+
 def test_a_film_feels_thickness_as_it_feels_speed():
     speeds, law = (0.05, 0.1, 0.3, 0.6, 1.0), LAW | {"static": 140.0}
     before, after = (
