@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 from scipy.ndimage import convolve1d
 
-from identify.mismatch.compare import Fit, fit
+from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import ExtendedProblem
 from identify.outliers import late_outliers, without
@@ -18,6 +18,7 @@ from identify.search import observer_search
 from plant.axis import Axis
 
 LIKELIER = 30.0  # twice the log-likelihood by which another reading of the torque must win
+MISREAD = {"transmission_compliance", "actuator_lag", "dead_time"}  # what a wrong reading of the torque looks like
 READINGS = {  # of a torque logged as held by a loop that runs faster than the log
     "straight between samples": (1.0,),
     "straight, averaged over three samples": (0.25, 0.5, 0.25),
@@ -32,35 +33,65 @@ def fit_baseline(samples: Samples, axis: Axis, seed: int) -> Fit:
     return Fit(ExtendedProblem(samples, axis, scales=plain.scales), found)
 
 
-def read_torque(evidence: Evidence, axis: Axis, doubtful: bool, seed: int) -> tuple[Evidence, Fit]:
+def read_torque(gathered: Evidence, axis: Axis, doubtful: bool, seed: int) -> tuple[Evidence, Fit]:
     """The baseline, and the evidence with the torque read in the likeliest way.
 
     A closed loop runs faster than most logs of it: what is logged as "held" is often one point of a restless force,
     and the force that acted is better told from its neighbours. An open-loop command is what its word says.
 
     Args:
-        evidence: as gathered.
+        gathered: as gathered.
         axis: the machine.
         doubtful: True where the word on the torque cannot be relied on.
         seed: of the search.
     """
-    best, chosen, word = fit_baseline(evidence.train, axis, seed), evidence, None
-    if not doubtful or evidence.train.linear:
-        return _without_outliers(chosen, best)
+    chosen, best = gathered, fit_baseline(gathered.train, axis, seed)
     needed = best.found.criterion - LIKELIER
-    for name, weights in READINGS.items():
-        other = dataclasses.replace(
-            evidence,
-            train=_reread(evidence.train, weights),
-            held_out=_reread(evidence.held_out, weights),
-            before=None if evidence.before is None else _reread(evidence.before, weights),
-        )
+    for other in _readings(gathered) if doubtful else ():
         fitted = fit_baseline(other.train, axis, seed)
         if fitted.found.criterion < min(needed, best.found.criterion):
-            best, chosen, word = fitted, other, name
-    if word is not None:
-        chosen = dataclasses.replace(chosen, removed=(*chosen.removed, f"torque read as {word}: likelier than held"))
+            best, chosen = fitted, other
     return _without_outliers(chosen, best)
+
+
+def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) -> tuple[Evidence, Fit] | None:
+    """Evidence and baseline with the torque read as the model `chosen` on `current` asks for; None: it is read so.
+
+    What the baseline lacks distorts how the torque looks between samples; a model with effects knows better. What a
+    wrong reading itself looks like may be among those effects: the model without it is asked too, and first.
+    """
+    guises = chosen.problem.guises
+    fewer = [
+        trimmed(chosen, tuple(one for one in guises if one is not guise)) for guise in guises if guise.name in MISREAD
+    ]
+    best, least = None, chosen.found.criterion - LIKELIER
+    for model in (*fewer, chosen):
+        for other in (gathered, *_readings(gathered)):
+            samples = dataclasses.replace(current.train, force=other.train.force, linear=other.train.linear)
+            if samples.linear == current.train.linear and np.array_equal(samples.force, current.train.force):
+                continue
+            fitted = fit(model.problem.on(samples, model.problem.first_state), model.x[None])
+            if fitted.found.criterion < least:
+                best, least = other, fitted.found.criterion - (LIKELIER if model is not chosen else 0.0)
+    if best is None:
+        return None
+    return _without_outliers(best, fit_baseline(best.train, chosen.problem.axis, seed))
+
+
+def _readings(gathered: Evidence) -> list[Evidence]:
+    """The evidence with its held torque read in other ways."""
+    if gathered.train.linear:
+        return []
+    return [
+        dataclasses.replace(
+            gathered,
+            train=_reread(gathered.train, weights),
+            held_out=_reread(gathered.held_out, weights),
+            before=None if gathered.before is None else _reread(gathered.before, weights),
+            removed=(*gathered.removed, f"torque read as {name}: likelier than held"),
+        )
+        for name, weights in READINGS.items()
+    ]
 
 
 def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:

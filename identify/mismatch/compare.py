@@ -5,7 +5,7 @@ Thresholds were set in a feasibility study on other machines, and are frozen.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from identify.criterion import noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
 from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.guise import Guise
 from identify.observer import gain_table
 from identify.preprocess import Samples
 from identify.search import SearchResult, homotopy
@@ -79,6 +80,14 @@ def fit(problem: ExtendedProblem, points: Floats) -> Fit:
     """Polish points (k, size) under the gain homotopy; the likeliest end."""
     gains, settings = gain_table(problem.samples.sample_time)
     return Fit(problem, homotopy(problem, points, gains, settings, np.random.default_rng(SEED)))
+
+
+def trimmed(fitted: Fit, kept: tuple[Guise, ...]) -> Fit:
+    """`fitted` with only the effects `kept`, not refitted."""
+    problem = fitted.problem.including(kept)
+    parts = [fitted.x[: problem.base], *(fitted.x[fitted.problem.slot(guise)] for guise in problem.guises)]
+    x = np.concatenate([*parts, fitted.x[fitted.problem.p :]])
+    return Fit(problem, replace(fitted.found, x=x))
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
+from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import Fit, free_run_ratio
 from identify.mismatch.constant import Constant, constant_force
@@ -42,6 +43,7 @@ LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside 
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
+TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
 
@@ -116,6 +118,25 @@ class Conclusion:
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
 
+    @cached_property
+    def explains(self) -> bool:
+        """Whether there is something to name, and its name is worth the risk."""
+        return self.stands and self.pays() if self.selection.steps else self._offset_named
+
+    @cached_property
+    def torn(self) -> bool:
+        """Whether one model, fitted to what was fitted, fails on a held-out recording that it fits if it may."""
+        if self.evidence.kind != "recording":
+            return False
+        own = fit_baseline(self.evidence.held_out, self.axis, self.seed)
+        return self._held_out(self.selection.baseline) > TORN * own.short_run()
+
+    @property
+    def _offset_named(self) -> bool:
+        """Whether a constant force earned its name."""
+        offset = self.constant
+        return offset is not None and self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
+
     def written(self) -> Diagnosis:
         """The answer."""
         named = self._effects() if self.selection.steps and self.stands and self.pays() else ()
@@ -125,7 +146,7 @@ class Conclusion:
             verdict = Verdict.UNEXPLAINED if found or not self.stands else Verdict.NO_MISMATCH
             return self._answer(verdict, baseline, (), found)
         offset = self.constant
-        if offset is not None and self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen):
+        if offset is not None and self._offset_named:
             return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
         if named:
             return self._answer(Verdict.EXPLAINED, self.selection.chosen, named, [])

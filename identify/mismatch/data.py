@@ -37,8 +37,14 @@ class Evidence:
     sha256: str
 
 
-def gather(recordings: Sequence[Recording], axis: Axis) -> Evidence:
-    """Split usable recordings into what is fitted and what judges (docs/json.md)."""
+def gather(recordings: Sequence[Recording], axis: Axis, *, in_time: bool = False) -> Evidence:
+    """Split usable recordings into what is fitted and what judges (docs/json.md).
+
+    Args:
+        recordings: of one machine.
+        axis: the machine.
+        in_time: hold only the end of the last recording out, though there are others of its state.
+    """
     ready = [prepare(recording, axis) for recording in recordings]
     slowest = max(samples.sample_time for samples in ready)
     if any(samples.sample_time < 0.7 * slowest for samples in ready):
@@ -48,11 +54,12 @@ def gather(recordings: Sequence[Recording], axis: Axis) -> Evidence:
     now = [s for s, r in zip(ready, recordings, strict=True) if r.note.strip() != "commissioning"]
     if not now:
         now, before = before, []
-    if len(now) > 1:
-        train, held_out, kind = join(now[:-1]), now[-1], "recording"
+    *others, last = now
+    if others and not in_time:
+        train, held_out, kind = join(others), last, "recording"
     else:
-        cut = round((1.0 - HELD_OUT) * len(now[0]))
-        train, held_out, kind = now[0].part(0, cut), now[0].part(cut, len(now[0])), "time"
+        cut = round((1.0 - HELD_OUT) * len(last))
+        train, held_out, kind = join([*others, last.part(0, cut)]), last.part(cut, len(last)), "time"
     removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
     return Evidence(train, held_out, kind, join(before) if before else None, removed, digest(recordings))
 

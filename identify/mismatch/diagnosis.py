@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
-from identify.mismatch.baseline import read_torque
+from identify.mismatch.baseline import read_again, read_torque
 from identify.mismatch.compare import Fit
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import digest, gather
+from identify.mismatch.data import Evidence, digest, gather
+from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
-from identify.mismatch.select import select
+from identify.mismatch.select import Selection, select
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve
@@ -83,16 +84,36 @@ def conclude(
             "of this loop is not known; log its mean, or filter the loop's velocity"
         )
         return _insufficient(recordings, axis, seed, reason)
+    found = _selected(recordings, gathered, axis, doubtful, seed, progress)
+    if isinstance(found, Diagnosis) or found.explains or not found.torn:
+        return found
+    more = _selected(recordings, gather(recordings, axis, in_time=True), axis, doubtful, seed, progress)
+    return found if isinstance(more, Diagnosis) else more
+
+
+def _selected(
+    recordings: Sequence[Recording], gathered: Evidence, axis: Axis, doubtful: bool, seed: int, progress: Tell
+) -> Conclusion | Diagnosis:
+    """Baseline and effects for one way to hold data out."""
     progress(Doing(Stage.BASELINE, "baseline"))
     evidence, baseline = read_torque(gathered, axis, doubtful, seed)
     reason = _too_little(baseline, evidence.train)
     if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
     native = max(float(np.median(np.diff(recording.t))) for recording in recordings)
+    setting, ways, selection = _search(evidence, baseline, native, progress)
+    again = read_again(gathered, evidence, selection.chosen, seed) if doubtful and selection.steps else None
+    if again is not None:
+        evidence, baseline = again
+        setting, ways, selection = _search(evidence, baseline, native, progress)
+    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
+
+
+def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) -> tuple[Setting, list[Guise], Selection]:
+    """What recordings of this `native` period [s] can hold, and what was found in them."""
     setting = setting_of(baseline.problem, baseline.x, native)
     ways = guises({name: find(name) for name in names()}, setting)
-    selection = select(baseline, ways, evidence.held_out, progress)
-    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
+    return setting, ways, select(baseline, ways, evidence.held_out, progress)
 
 
 def _restless(force: Floats) -> float:

@@ -27,6 +27,7 @@ REFITS = 5  # names per observer gain that get a full fit, however many ways eac
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
+IMITATED = {"quadratic_drag"}  # friction's own curve imitates it so well that no slope tells: refitted every time
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
@@ -83,6 +84,10 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
                 candidate = found.setdefault((guise.name, guise.fixed), Candidate(guise, [], []))
                 candidate.starts.append(lead.start)
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
+    known = {guise.name for guise in (candidate.guise for candidate in found.values())}
+    for guise in guises:
+        if guise.name in IMITATED and guise.name not in known:
+            found[guise.name, guise.fixed] = Candidate(guise, list(guise.scaled_starts()), [current.found.gain])
     return list(found.values())
 
 

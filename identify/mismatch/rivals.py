@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.mismatch.compare import Fit, block_z, fit
+from identify.mismatch.compare import Fit, block_z, fit, trimmed
 from identify.mismatch.guise import Guise
 from identify.mismatch.rules import TIED_BIC, TIED_Z, Step
 from identify.mismatch.score import extend
@@ -52,7 +52,7 @@ def _fit_of(names: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways
     direct = [step.fit for step in known if set(step.fit.names) == names]
     if direct:
         return min(direct, key=lambda one: one.found.criterion)
-    current = _trimmed(chosen, tuple(guise for guise in chosen.problem.guises if guise.name in names))
+    current = trimmed(chosen, tuple(guise for guise in chosen.problem.guises if guise.name in names))
     for name in sorted(names - set(current.names)):
         seen = [step for step in known if step.guise.name == name]
         if seen:
@@ -103,11 +103,3 @@ def _told_apart(chosen: Fit, rival: Fit) -> bool:
     gained = chosen.terms() - rival.terms()
     price = (chosen.problem.p - rival.problem.p) * float(np.log(chosen.problem.samples.used))
     return 2.0 * float(gained.sum()) - price > TIED_BIC and block_z(gained) > TIED_Z
-
-
-def _trimmed(fitted: Fit, kept: tuple[Guise, ...]) -> Fit:
-    """`fitted` with only the effects `kept`, not refitted."""
-    problem = fitted.problem.including(kept)
-    parts = [fitted.x[: problem.base], *(fitted.x[fitted.problem.slot(guise)] for guise in problem.guises)]
-    x = np.concatenate([*parts, fitted.x[fitted.problem.p :]])
-    return Fit(problem, dataclasses.replace(fitted.found, x=x))

@@ -100,9 +100,10 @@ def _hidden_state(guise: Guise, evidence: Comparison) -> bool:
 def agreed(evidence: Comparison) -> bool:
     """True where the blocks of the recording agree.
 
-    An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks.
+    An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks, or
+    where unseen data are predicted so much better that nothing else needs to agree.
     """
-    if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z):
+    if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z) or evidence.unseen < PROVEN:
         return True
     return evidence.z >= Z_LEAST and evidence.steady < BIC_STRONG
 

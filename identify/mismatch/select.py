@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from identify.mismatch.compare import Fit, compare, fit
+from identify.mismatch.compare import Fit, compare, fit, trimmed
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.progress import Stage, Tell, unheard
@@ -205,9 +203,5 @@ def _try_twins(selection: Selection, guises: list[Guise], unseen: Samples, progr
 
 def without(fitted: Fit, guise: Guise) -> Fit:
     """The model refitted without one of its effects."""
-    problem = fitted.problem
-    rest = problem.including(tuple(other for other in problem.guises if other is not guise))
-    bare = np.concatenate(
-        [np.delete(fitted.x[: problem.p], np.arange(problem.p)[problem.slot(guise)]), fitted.x[problem.p :]]
-    )
-    return fit(rest, bare[None])
+    bare = trimmed(fitted, tuple(other for other in fitted.problem.guises if other is not guise))
+    return fit(bare.problem, bare.x[None])

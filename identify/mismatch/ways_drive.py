@@ -58,7 +58,7 @@ def inertia(e: Effect, s: Setting) -> list[Guise]:
     if not s.axis.mechanics.inertia_known:
         return []
     least = SHEET * s.mass
-    unknown = Unknown("mass_error", 0.2 * s.mass, -0.8 * s.mass, 4.0 * s.mass)
+    unknown = Unknown("mass_error", 0.2 * s.mass, -0.6 * s.mass, 1.5 * s.mass)
     shares = [1.0, 0.0] if s.axis.mechanics.weight > 0 else [0.0]
     names = {p.name for p in e.parameters}
     if "weight_share" not in names:

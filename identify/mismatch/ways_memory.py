@@ -31,14 +31,17 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:
-    """A spring and its damping, where there are two masses."""
+    """A spring and its damping, where there are two masses that swing slower than half the sample rate."""
     if not _two_masses(s):
         return []
+    motor, load = s.mass - s.axis.mechanics.M, s.axis.mechanics.M
+    stiffest = min(1e6, (math.pi / s.sample_time) ** 2 * motor * load / s.mass)
     unknowns = (
-        Unknown("stiffness", 3e4, 1e3, 1e6, log=True),
+        Unknown("stiffness", 3e4, 1e3, stiffest, log=True),
         Unknown("damping", 30.0, 0.3, 1e4, log=True, spread=2.0),
     )
-    return [Guise(e, unknowns, np.array([(1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)]), stiff=True)]
+    rows = [(k, d) for k, d in ((1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)) if k < stiffest]
+    return [Guise(e, unknowns, np.array(rows), stiff=True)] if rows else []
 
 
 def _two_masses(s: Setting) -> bool:
