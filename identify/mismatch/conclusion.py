@@ -99,8 +99,13 @@ class Conclusion:
         return any(guise.stiff for guise in self.selection.chosen.problem.guises)
 
     def pays(self) -> bool:
-        """Whether the chosen effects predict unseen data so much better that naming them is worth it."""
-        return self._share(self.final) < WORTH
+        """Whether the chosen effects predict unseen data so much better that naming them is worth it.
+
+        A few runs that break away too early or too late may decide the contract's sum of squares; such data are asked
+        how much better they are predicted past the worst runs.
+        """
+        baseline, final = self.selection.baseline, self.final
+        return self._share(final) < WORTH or free_run_ratio(baseline, final, self.evidence.held_out) < WORTH
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
@@ -137,23 +142,30 @@ class Conclusion:
         offset = self.constant
         return offset is not None and self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
 
+    @cached_property
+    def nameless(self) -> list[Structure]:
+        """What a baseline that nothing is named beside leaves, the most evident first."""
+        if self.selection.steps:
+            return structures(self.selection.baseline, self.evidence.held_out, suspicious=True)
+        return self.left or zero_jumps(self.evidence.train)
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The answer in a word."""
+        if self.explains:
+            return Verdict.EXPLAINED
+        doubtful = bool(self.selection.steps) and not self.stands
+        return Verdict.UNEXPLAINED if self.nameless or doubtful else Verdict.NO_MISMATCH
+
     def written(self) -> Diagnosis:
         """The answer."""
-        named = self._effects() if self.selection.steps and self.stands and self.pays() else ()
-        if self.selection.steps and not named:
-            baseline = self.selection.baseline
-            found = structures(baseline, self.evidence.held_out, suspicious=True)
-            verdict = Verdict.UNEXPLAINED if found or not self.stands else Verdict.NO_MISMATCH
-            return self._answer(verdict, baseline, (), found)
+        if self.verdict is not Verdict.EXPLAINED:
+            return self._answer(self.verdict, self.selection.baseline, (), self.nameless)
+        named = self._effects() if self.selection.steps else ()
         offset = self.constant
         if offset is not None and self._offset_named:
-            return self._answer(Verdict.EXPLAINED, offset.fit, (*named, offset.effect), [])
-        if named:
-            return self._answer(Verdict.EXPLAINED, self.selection.chosen, named, [])
-        found = self.left or zero_jumps(self.evidence.train)
-        if found:
-            return self._answer(Verdict.UNEXPLAINED, self.selection.baseline, (), found)
-        return self._answer(Verdict.NO_MISMATCH, self.selection.baseline, (), [])
+            return self._answer(self.verdict, offset.fit, (*named, offset.effect), [])
+        return self._answer(self.verdict, self.selection.chosen, named, [])
 
     def _answer(
         self, verdict: Verdict, chosen: Fit, effects: tuple[FoundEffect, ...], found: list[Structure]

@@ -14,7 +14,8 @@ from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, price
 from identify.mismatch.score import extend
 from identify.uncertainty import Uncertainty
 
-OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
+OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name, where it is the only one
+BESIDE = 0.25  # the same beside other names: a constant force mends what their shapes are not known by
 READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
 
 
@@ -76,7 +77,8 @@ def _known(fitted: Fit, spread: Uncertainty) -> float | None:
     unit[0, 4] = scale
     value, half = float(fitted.x[4] * scale), float(spread.half_widths(unit)[0])
     allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or scale)
-    return None if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value) else value
+    known = BESIDE if problem.guises else OFFSET_KNOWN
+    return None if abs(value) - half < allowed or half > known * abs(value) else value
 
 
 def _read(fitted: Fit, guise: Guise, value: float) -> Fit:

@@ -85,10 +85,12 @@ def conclude(
         )
         return _insufficient(recordings, axis, seed, reason)
     found = _selected(recordings, gathered, axis, doubtful, seed, progress)
-    if isinstance(found, Diagnosis) or found.explains or not found.torn:
+    if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED or not found.torn:
         return found
     more = _selected(recordings, gather(recordings, axis, in_time=True), axis, doubtful, seed, progress)
-    return found if isinstance(more, Diagnosis) else more
+    if isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and found.verdict is Verdict.UNEXPLAINED):
+        return found
+    return more
 
 
 def _selected(

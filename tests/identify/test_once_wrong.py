@@ -60,10 +60,29 @@ def test_two_effects_that_look_like_an_odd_one_are_named(answered):
     assert {effect.name for effect in answered(8700, 45).effects} == {"presliding_hysteresis", "pulley_eccentricity"}
 
 
-def test_a_constant_force_that_spoils_unseen_data_is_not_named(answered):
-    """The drive saturates in the unseen recording alone; what the fitted one would call an offset is none."""
-    assert answered(8700, 70).effects == ()
+def test_an_effect_that_acts_in_the_unseen_recording_alone_is_named(answered):
+    """The drive saturates in the second recording, on which the baseline of the first is 1400 times worse."""
+    found = answered(8700, 70)
+    assert [effect.name for effect in found.effects] == ["torque_saturation"]
+    assert found.held_out_kind == "time"
 
 
 def test_a_ripple_of_one_turn_shows_on_a_little_less_than_a_turn(answered):
     assert [effect.name for effect in answered(8700, 87).effects] == ["torque_ripple"]
+
+
+def test_a_drag_that_friction_imitates_is_named_where_unseen_data_tell(answered):
+    """Evidence of 45 from few places; but the other recording is fast, and predicted fifty times better."""
+    assert [effect.name for effect in answered(9300, 84).effects] == ["quadratic_drag"]
+
+
+def test_a_loop_logged_at_points_is_no_soft_transmission(answered):
+    """A bad spot on the guide distorts how the force between the samples looks; once it is named, it runs straight."""
+    found = answered(9300, 62)
+    assert [effect.name for effect in found.effects] == ["rail_defect"]
+    assert any("torque read as straight" in line for line in found.preprocessing)
+
+
+def test_a_break_away_that_no_run_predicts_in_time_may_still_be_named(answered):
+    """Stiction that grows at rest: a few runs that break away too late decide the plain sum of squares."""
+    assert [effect.name for effect in answered(9300, 120).effects] == ["dwell_time_stiction"]
