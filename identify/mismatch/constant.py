@@ -14,8 +14,8 @@ from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, price
 from identify.mismatch.score import extend
 from identify.uncertainty import Uncertainty
 
-OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name, where it is the only one
-BESIDE = 0.25  # the same beside other names: a constant force mends what their shapes are not known by
+OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
+ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
 READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
 
 
@@ -46,7 +46,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     """
     value = _known(fitted, spread)
     taken = {guise.name for guise in fitted.problem.guises}
-    if value is None or taken & SAME:
+    if value is None or taken & (SAME | ONE_SIDED):
         return None
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
     if not found:
@@ -77,8 +77,7 @@ def _known(fitted: Fit, spread: Uncertainty) -> float | None:
     unit[0, 4] = scale
     value, half = float(fitted.x[4] * scale), float(spread.half_widths(unit)[0])
     allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or scale)
-    known = BESIDE if problem.guises else OFFSET_KNOWN
-    return None if abs(value) - half < allowed or half > known * abs(value) else value
+    return None if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value) else value
 
 
 def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
