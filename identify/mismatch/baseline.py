@@ -11,6 +11,7 @@ from scipy.ndimage import convolve1d
 from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.rules import price
 from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
@@ -58,21 +59,21 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     """Evidence and baseline with the torque read as the model `chosen` on `current` asks for; None: it is read so.
 
     What the baseline lacks distorts how the torque looks between samples; a model with effects knows better. What a
-    wrong reading itself looks like may be among those effects: the model without it is asked too, and first.
+    wrong reading itself looks like may be among those effects: a model without it, read in another way, is preferred
+    unless it is much less likely.
     """
     guises = chosen.problem.guises
-    fewer = [
-        trimmed(chosen, tuple(one for one in guises if one is not guise)) for guise in guises if guise.name in MISREAD
-    ]
-    best, least = None, chosen.found.criterion - LIKELIER
+    fewer = [trimmed(chosen, tuple(g for g in guises if g is not guise)) for guise in guises if guise.name in MISREAD]
+    best, least = None, np.inf
     for model in (*fewer, chosen):
+        margin = -LIKELIER if model is chosen else LIKELIER
         for other in (gathered, *_readings(gathered)):
             samples = dataclasses.replace(current.train, force=other.train.force, linear=other.train.linear)
             if samples.linear == current.train.linear and np.array_equal(samples.force, current.train.force):
                 continue
             fitted = fit(model.problem.on(samples, model.problem.first_state), model.x[None])
-            if fitted.found.criterion < least:
-                best, least = other, fitted.found.criterion - (LIKELIER if model is not chosen else 0.0)
+            if price(fitted) - margin < min(least, price(chosen)):
+                best, least = other, price(fitted) - margin
     if best is None:
         return None
     return _without_outliers(best, fit_baseline(best.train, chosen.problem.axis, seed))
