@@ -110,7 +110,7 @@ class Guise:
         wave: names of amplitude and phase of a periodic effect.
         stiff: True where fast states need the recordings' own rate.
         turn: a period must go into it a whole number of times; None where it may be anything. [m]
-        least: of the first parameter: smaller is how well clocks and data sheets are known. [its unit]
+        least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
     """
 
     effect: Effect
@@ -164,7 +164,7 @@ class Guise:
         """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""
         first = float(self.unknowns[0].value(z[:1])[0])
         if abs(first) < self.least:
-            return f"its size of {first:.2g} is below {self.least:.2g}: no clock and no data sheet is that good"
+            return f"its size of {first:.2g} is below {self.least:.2g}: less is no finding"
         if self.turn is None:
             return None
         times = self.turn / first

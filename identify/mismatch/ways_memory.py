@@ -9,6 +9,8 @@ import numpy as np
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
+NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
+
 
 def bristles(e: Effect, s: Setting) -> list[Guise]:
     """Soft to hard, damped near critically."""
@@ -27,7 +29,8 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     """A gap, where there are two masses."""
     if not _two_masses(s):
         return []
-    return [Guise(e, (Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),), grid([3e-5, 1e-4, 4e-4, 1.5e-3]), stiff=True)]
+    unknown = Unknown("gap", 3e-4, 1e-5, 1e-2, log=True)
+    return [Guise(e, (unknown,), grid([3e-5, 1e-4, 4e-4, 1.5e-3]), stiff=True, least=NARROW)]
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:
