@@ -174,6 +174,17 @@ def test_one_recording_is_split_in_time_and_two_by_recording(tmp_path):
     assert len(both.held_out) == pytest.approx(len(recordings[1]), abs=5)
 
 
+def test_in_time_only_the_part_of_the_last_recording_that_moves_more_is_held_out(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=5001, excitation="multisine", duration=12.0)
+    first, last = recordings
+    parked = dataclasses.replace(last, position=np.where(last.t > 6.0, last.position[600], last.position))
+    for recording, moving in ((last, 7.2), (parked, 0.0)):
+        found = gather([first, recording], axis, in_time=True)
+        assert found.kind == "time"
+        assert float(found.held_out.t[0]) == pytest.approx(moving, abs=0.1)
+        assert len(found.train) + len(found.held_out) == pytest.approx(len(first) + len(last), abs=10)
+
+
 def test_the_json_has_every_entry_of_the_contract(tmp_path):
     _, axis, recordings = recorded(tmp_path, seed=5001, excitation="multisine", duration=12.0)
     entries = diagnose(recordings, axis).to_dict()
