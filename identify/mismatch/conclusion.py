@@ -43,6 +43,7 @@ LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside 
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
+BREAK_AWAY = {"dwell_time_stiction"}
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -101,11 +102,13 @@ class Conclusion:
     def pays(self) -> bool:
         """Whether the chosen effects predict unseen data so much better that naming them is worth it.
 
-        A few runs that break away too early or too late may decide the contract's sum of squares; such data are asked
-        how much better they are predicted past the worst runs.
+        Where they decide when the axis breaks away, a few runs that do so too early or too late decide the contract's
+        sum of squares; such effects are asked how much better the data are predicted past the worst runs.
         """
         baseline, final = self.selection.baseline, self.final
-        return self._share(final) < WORTH or free_run_ratio(baseline, final, self.evidence.held_out) < WORTH
+        if not BREAK_AWAY & set(final.names):
+            return self._share(final) < WORTH
+        return min(self._share(final), free_run_ratio(baseline, final, self.evidence.held_out)) < WORTH
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
@@ -130,9 +133,7 @@ class Conclusion:
 
     @cached_property
     def torn(self) -> bool:
-        """Whether one model, fitted to what was fitted, fails on a held-out recording that it fits if it may."""
-        if self.evidence.kind != "recording":
-            return False
+        """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
         own = fit_baseline(self.evidence.held_out, self.axis, self.seed)
         return self._held_out(self.selection.baseline) > TORN * own.short_run()
 

@@ -43,8 +43,8 @@ def gather(recordings: Sequence[Recording], axis: Axis, *, in_time: bool = False
     Args:
         recordings: of one machine.
         axis: the machine.
-        in_time: hold only a part of the last recording out, though there are others of its state: its end, or its
-            beginning where the axis travels less at the end.
+        in_time: the other way to hold out: of the last of several recordings its end alone (its beginning, where the
+            axis travels less at the end), of a single one its beginning.
     """
     ready = [prepare(recording, axis) for recording in recordings]
     slowest = max(samples.sample_time for samples in ready)
@@ -61,8 +61,9 @@ def gather(recordings: Sequence[Recording], axis: Axis, *, in_time: bool = False
     else:
         cut = round((1.0 - HELD_OUT) * len(last))
         fitted, held_out = last.part(0, cut), last.part(cut, len(last))
-        if others and np.ptp(held_out.position) < np.ptp(last.part(0, len(last) - cut).position):
-            fitted, held_out = last.part(len(last) - cut, len(last)), last.part(0, len(last) - cut)
+        start = last.part(0, len(last) - cut)
+        if in_time and (not others or np.ptp(held_out.position) < np.ptp(start.position)):
+            fitted, held_out = last.part(len(last) - cut, len(last)), start
         train, kind = join([*others, fitted]), "time"
     removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
     return Evidence(train, held_out, kind, join(before) if before else None, removed, digest(recordings))
