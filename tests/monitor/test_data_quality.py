@@ -6,37 +6,30 @@ import numpy as np
 
 from identify.mending import Mender
 from monitor.data_quality import COUNTED, faults_of
-from monitor.drift import DriftRule, DriftState, Kind, judge
+from monitor.drift import DriftRule, Kind
 from monitor.identify_window import jitter_of
 from plant.presets import paper_axis
 from plant.recording import Recording
 from plant.sensors import add_spikes, freeze_position, jitter_stamps
 from tests.monitor.estimates import estimate
-
-
-def run(estimates, state=None):
-    state, held = state or DriftState(), []
-    for one in estimates:
-        state, findings = judge(state, one, DriftRule())
-        held.append({finding.kind for finding in findings if finding.holds})
-    return state, held
+from tests.monitor.watching import watch
 
 
 def test_bad_data_in_a_row_is_a_matter_of_data_quality():
     bad = [estimate(k, verdict="bad_data") for k in range(4)]
-    _, held = run([*bad, estimate(4, verdict="not_informative")])
+    _, held = watch(DriftRule(), [*bad, estimate(4, verdict="not_informative")])
     assert held == [set(), set(), {Kind.DATA_QUALITY}, {Kind.DATA_QUALITY}, set()]
 
 
 def test_a_sensor_that_begins_to_fail_is_news_and_one_that_always_did_is_not():
     rng = np.random.default_rng(0)
     always, more = {"position outliers": 0.004}, {"position outliers": 0.03}
-    state, held = run(estimate(k, rng, faults=always) for k in range(30))
+    state, held = watch(DriftRule(), (estimate(k, rng, faults=always) for k in range(30)))
     assert not any(held)
-    state, held = run((estimate(k, rng, faults=more) for k in range(30, 40)), state)
+    state, held = watch(DriftRule(), (estimate(k, rng, faults=more) for k in range(30, 40)), state)
     assert held[:3] == [set(), set(), {Kind.DATA_QUALITY}]
     assert held[-1] == {Kind.DATA_QUALITY}
-    _, held = run((estimate(k, rng, faults=always) for k in range(40, 44)), state)
+    _, held = watch(DriftRule(), (estimate(k, rng, faults=always) for k in range(40, 44)), state)
     assert held[-1] == set()
 
 

@@ -5,20 +5,12 @@ import pytest
 
 from monitor.baseline import learn
 from monitor.channels import PARTS, REFERENCES, SHAPES, Curve, Seen, film_of, numbers_of, reactions, shapes_of
-from monitor.drift import DriftRule, DriftState, Kind, judge
+from monitor.drift import DriftRule, Kind
 from tests.monitor.estimates import LAW, estimate, friction
+from tests.monitor.watching import delay_of, raised, watch
 
 DRY = ("coulomb", "static")
 MASS = 25.0  # kg
-
-
-def run(rule, estimates, state=None):
-    """State, and the kinds that hold after each estimate."""
-    state, held = state or DriftState(), []
-    for one in estimates:
-        state, findings = judge(state, one, rule)
-        held.append({finding.kind for finding in findings if finding.holds})
-    return state, held
 
 
 def season(number, rng, warmest, **more):
@@ -32,8 +24,8 @@ def test_a_season_nobody_told_raises_nothing():
     told = 0
     for axis in range(4):
         rng = np.random.default_rng([80, axis])
-        _, held = run(DriftRule(), (season(k, rng, 90 * axis) for k in range(365)))
-        told += sum(bool(now) and not before for before, now in zip([set(), *held[:-1]], held, strict=True))
+        _, held = watch(DriftRule(), (season(k, rng, 90 * axis) for k in range(365)))
+        told += raised(held)
     assert told <= 1
 
 
@@ -41,11 +33,10 @@ def test_wear_is_found_though_nobody_tells_the_temperature():
     delays = []
     for axis in range(6):
         rng = np.random.default_rng([81, axis])
-        state, _ = run(DriftRule(), (season(k, rng, 60 * axis) for k in range(120)))
+        state, _ = watch(DriftRule(), (season(k, rng, 60 * axis) for k in range(120)))
         worn = dict.fromkeys(DRY, 1.08)
-        _, held = run(DriftRule(), (season(120 + k, rng, 60 * axis, **worn) for k in range(20)), state)
-        first = next((n for n, now in enumerate(held, 1) if now), len(held) + 1)
-        delays.append(first)
+        _, held = watch(DriftRule(), (season(120 + k, rng, 60 * axis, **worn) for k in range(20)), state)
+        delays.append(delay_of(held))
         assert held[-1] == {Kind.WEAR}
     assert np.median(delays) <= 3
 
@@ -60,9 +51,9 @@ def test_a_payload_on_a_horizontal_axis_is_no_wear_and_no_wrong_torque(payload):
             mass += 0.1 * rng.standard_normal()
             return estimate(k, rng, latent=0.8, effects=(("moving_mass", mass, "kg"),), scatter=0.015, **more)
 
-        state, _ = run(DriftRule(), (one(k, MASS) for k in range(40)))
+        state, _ = watch(DriftRule(), (one(k, MASS) for k in range(40)))
         heavier = dict.fromkeys(DRY, 1 + 1.5 * payload / LAW["coulomb"])
-        _, held = run(DriftRule(), (one(k, MASS + payload, **heavier) for k in range(40, 50)), state)
+        _, held = watch(DriftRule(), (one(k, MASS + payload, **heavier) for k in range(40, 50)), state)
         kinds += [kind for now in held for kind in now]
     assert len(kinds) >= 70
     assert kinds.count(Kind.OPERATING_POINT) >= 0.97 * len(kinds)
@@ -74,9 +65,9 @@ def test_a_small_payload_is_no_wrong_torque():
     for axis in range(8):
         rng = np.random.default_rng([83, axis])
         rule, quiet = DriftRule(weight=196.0), {"latent": 0.8, "scatter": 0.015}
-        state, _ = run(rule, (estimate(k, rng, constant=0.0, temperature=20.0, **quiet) for k in range(40)))
+        state, _ = watch(rule, (estimate(k, rng, constant=0.0, temperature=20.0, **quiet) for k in range(40)))
         carried = {"constant": 6.4, **dict.fromkeys(DRY, 1.011)}
-        _, held = run(rule, (estimate(k, rng, temperature=20.0, **quiet, **carried) for k in range(40, 50)), state)
+        _, held = watch(rule, (estimate(k, rng, temperature=20.0, **quiet, **carried) for k in range(40, 50)), state)
         kinds += [kind for now in held for kind in now]
     assert len(kinds) >= 40
     assert kinds.count(Kind.OPERATING_POINT) >= 0.95 * len(kinds)
@@ -92,8 +83,8 @@ def test_a_payload_is_told_soon_after_the_baseline_by_a_constant_force_that_hard
             force = ("constant_force", force + 0.02 * rng.standard_normal(), "N")
             return estimate(k, rng, temperature=20.0, latent=0.8, effects=(force,))
 
-        state, _ = run(DriftRule(weight=196.0), (one(k, 0.0) for k in range(24)))
-        _, held = run(DriftRule(weight=196.0), (one(k, 11.0) for k in range(24, 28)), state)
+        state, _ = watch(DriftRule(weight=196.0), (one(k, 0.0) for k in range(24)))
+        _, held = watch(DriftRule(weight=196.0), (one(k, 11.0) for k in range(24, 28)), state)
         told += held[0] == {Kind.OPERATING_POINT}
     assert told == 8
 
