@@ -43,7 +43,7 @@ LEFT = 0.5  # of a name's evidence: a nameless shape with more than this beside 
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
-BREAK_AWAY = {"dwell_time_stiction"}
+BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -137,7 +137,7 @@ class Conclusion:
         own = fit_baseline(self.evidence.held_out, self.axis, self.seed)
         return self._held_out(self.selection.baseline) > TORN * own.short_run()
 
-    @property
+    @cached_property
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name."""
         offset = self.constant

@@ -84,7 +84,7 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
                 candidate = found.setdefault((guise.name, guise.fixed), Candidate(guise, [], []))
                 candidate.starts.append(lead.start)
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
-    known = {guise.name for guise in (candidate.guise for candidate in found.values())}
+    known = {name for name, _ in found}
     for guise in guises:
         if guise.name in IMITATED and guise.name not in known:
             found[guise.name, guise.fixed] = Candidate(guise, list(guise.scaled_starts()), [current.found.gain])
