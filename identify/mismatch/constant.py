@@ -10,7 +10,7 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, price
+from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, beyond, price
 from identify.mismatch.score import extend
 from identify.uncertainty import Uncertainty
 
@@ -49,6 +49,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     if value is None or taken & (SAME | ONE_SIDED):
         return None
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
+    found = {name: reading for name, reading in found.items() if not beyond(reading)}
     if not found:
         return None
     least = min(price(reading) for reading in found.values())

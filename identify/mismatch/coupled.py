@@ -109,5 +109,5 @@ class CoupledProblem(ExtendedProblem):
 
 def coupled(model: ExtendedProblem, x: Floats, before: Samples, today: Samples) -> tuple[CoupledProblem, Floats]:
     """Both states with nothing released, and its unknowns at x (>= p,) of `model`."""
-    problem = CoupledProblem(model, before, today, ())
+    problem = CoupledProblem(model.knowing(None), before, today, ())
     return problem, np.concatenate([x[: model.p], np.zeros(2 * problem.samples.runs)])

@@ -63,5 +63,5 @@ def _smallest(fit: Fit, guise: Guise, error: Floats, basis: Floats, variance: fl
     index = guise.effect.parameters.index(parameter)
     value = float(guise.values(start[None])[index, 0])
     x[0, problem.slot(guise)] = start
-    force = effect_force(problem, x[0], guise)
+    force, _ = effect_force(problem, x[0], guise)
     return Hidden(abs(value), parameter.unit_on(problem.axis), force)

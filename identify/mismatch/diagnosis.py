@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,14 +11,16 @@ from numpy.typing import NDArray
 from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
-from identify.mismatch.baseline import read_again, read_torque
-from identify.mismatch.compare import Fit
+from identify.mismatch.baseline import fit_baseline, read_again, read_torque
+from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import Evidence, digest, gather
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
+from identify.mismatch.report_values import Measured, measured
 from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
+from identify.mismatch.rules import BIC, price
 from identify.mismatch.select import Selection, select
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
@@ -32,6 +35,9 @@ Floats = NDArray[np.float64]
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
 RESTLESS = 0.3  # of the variance of a loop's logged force, white: what acted between the samples is not known
+KNOWN_AT_BEST = 1e-3  # of a scaled unknown: friction repeats no better
+UNKNOWN = 3.0  # of a scaled unknown: a prior that hardly binds
+ELASTIC = 0.8  # of the force's variance that goes with the position: machines that slide have 0.4 at most
 CURVE_KNOWN = 0.25  # relative half-width of friction at the usual speed
 
 
@@ -84,10 +90,11 @@ def conclude(
             "of this loop is not known; log its mean, or filter the loop's velocity"
         )
         return _insufficient(recordings, axis, seed, reason)
-    found = _selected(recordings, gathered, axis, doubtful, seed, progress)
+    found = _known_before(_selected(recordings, gathered, axis, doubtful, seed, progress))
     if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED or not found.torn:
         return found
-    more = _selected(recordings, gather(recordings, axis, in_time=True), axis, doubtful, seed, progress)
+    again = gather(recordings, axis, in_time=True)
+    more = _known_before(_selected(recordings, again, axis, doubtful, seed, progress))
     if isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and found.verdict is Verdict.UNEXPLAINED):
         return found
     return more
@@ -108,7 +115,44 @@ def _selected(
     if again is not None:
         evidence, baseline = again
         setting, ways, selection = _search(evidence, baseline, native, progress)
-    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress)
+    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress, selection.baseline)
+
+
+def _known_before(found: Conclusion | Diagnosis) -> Conclusion | Diagnosis:
+    """`found` today, or what explains today as well with the friction that the machine had at commissioning.
+
+    Friction that may bend swallows most of an effect that has appeared since. Where it did bend, the search is run
+    again with friction as well known as commissioning tells it; effects that make a bend unnecessary are the answer,
+    as long as they predict unseen data better than bent friction does.
+    """
+    if isinstance(found, Diagnosis) or found.evidence.before is None:
+        return found
+    free = found.plain
+    healthy = measured(fit_baseline(found.evidence.before, found.axis, found.seed))
+    known = _knowledge(healthy, free)
+    starts = np.stack([free.x, free.x])
+    starts[1, : len(known[0])] = known[0]
+    tied = fit(free.problem.knowing(known), starts)
+    if found.explains and price(tied) < price(free) - BIC:
+        return found
+    setting, ways, selection = _search(found.evidence, tied, found.setting.native_time, found.progress)
+    bent = float(np.log(free.problem.samples.used))  # price of one friction parameter of its own
+    if not selection.steps or price(selection.chosen) > price(found.selection.chosen) + bent:
+        return found
+    since = dataclasses.replace(found, setting=setting, ways=ways, selection=selection, plain=free)
+    return since if since.explains or (found.explains and since.stands) else found
+
+
+def _knowledge(healthy: Measured, today: Fit) -> tuple[Floats, Floats]:
+    """Centre and standard deviation of the baseline's unknowns, as scaled `today`, from the healthy machine."""
+    problem = today.problem
+    rows = healthy.fit.problem.named(healthy.fit.x)
+    centre = problem.encode({name: value for name, _, value, _, _ in rows})[: problem.base]
+    own = [scale for *_, scale in problem.named(today.x)]
+    ratio = np.array([scale for *_, scale in rows]) / np.array(own)
+    spread = np.sqrt(np.diag(healthy.spread.covariance)[: problem.base]) * ratio
+    spread = np.where(healthy.spread.at_bound[: problem.base], UNKNOWN, spread)
+    return centre, np.clip(spread, KNOWN_AT_BEST, UNKNOWN)
 
 
 def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) -> tuple[Setting, list[Guise], Selection]:
@@ -147,6 +191,9 @@ def _too_little(baseline: Fit, samples: Samples) -> str | None:
         return f"the axis moved {travel:.2g} {unit}, {travel / noise:.0f} times the noise of its position"
     if moving < FEWEST_MOVING:
         return f"only {moving} samples show motion"
+    bent = _elastic(samples)
+    if bent > ELASTIC:
+        return f"the position follows the force like a spring ({bent:.0%}): the axis bends and hardly slides"
     usual, fastest = median_speed(samples)
     scales = baseline.problem.scales
     curve = FrictionCurve(baseline.x[:4], scales.force, scales.speed, fastest, _from_noise(baseline).part(4))
@@ -154,6 +201,13 @@ def _too_little(baseline: Fit, samples: Samples) -> str | None:
     if not half[0] <= CURVE_KNOWN * abs(force[0]):
         return f"friction at the usual speed of {usual:.2g} {unit}/s is {force[0]:.2g} ± {half[0]:.1g}: not known"
     return None
+
+
+def _elastic(samples: Samples) -> float:
+    """Share of the force's variance that goes with the position, as in a spring; 0 where it goes against it."""
+    position, force = (part - part.mean() for part in (samples.position, samples.force))
+    together = float(position @ force)
+    return max(together, 0.0) ** 2 / max(float(position @ position) * float(force @ force), 1e-300)
 
 
 def _from_noise(baseline: Fit) -> Uncertainty:

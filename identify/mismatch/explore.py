@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Comparison, Fit, compare, fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
-from identify.mismatch.inverse import acting_force, effect_force
+from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
-from identify.mismatch.rules import BIC, Step, price, refusal
+from identify.mismatch.rules import BIC, KNOWN, Step, price, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
@@ -26,6 +27,7 @@ FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
 REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
+LITTLE = 0.03  # of the evidence of an effect that has earned its name: what shows less is not fitted beside it
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 IMITATED = {"quadratic_drag"}  # friction's own curve imitates it so well that no slope tells: refitted every time
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
@@ -49,18 +51,31 @@ def explore(
     progress: Tell = unheard,
     most: int = REFITS,
     stage: Stage = Stage.SEARCH,
+    needed: float = 0.0,
 ) -> tuple[Fit, list[Step]]:
     """Refit the most promising of `guises` on top of `current`, judged; best information criterion first.
+
+    What shows less than half the evidence `needed` at a first look, or hardly any beside the best, is not fitted.
 
     Returns:
         `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
     """
+    looks = []
     candidates = shortlist(current, guises, most)
-    steps: list[Step] = []
     for number, candidate in enumerate(candidates):
-        progress(Doing(stage, candidate.guise.name, number, len(candidates)))
-        steps.append(_refit(current, candidate, unseen))
+        progress(Doing(stage, candidate.guise.name, number, 2 * len(candidates)))
+        looks.append(_look(current, candidate))
+    looks.sort(key=lambda look: -look.gained)
+    steps: list[Step] = []
+    for number, look in enumerate(looks):
+        progress(Doing(stage, look.guise.name, len(looks) + number, 2 * len(looks)))
+        best = min((step.evidence.bic for step in steps if step.refused is None), default=0.0)
+        if look.gained < max(PROMISING, 0.5 * needed, -LITTLE * best):
+            steps.append(look.unfitted(current))
+        else:
+            steps.append(_weighed(current, fit(look.problem, look.x[None]), look.guise, unseen))
     steps.sort(key=lambda step: price(step.fit))
+    steps = _in_whole_turns(current, steps, unseen)
     likely = [step for step in steps if step.evidence.bic < BIC]
     fresh = next((step for step in steps if step.refused is None), None)
     if not likely:
@@ -112,8 +127,33 @@ def _outlooks(current: Fit) -> list[Floats]:
     return [*chosen, gains[:, weaker[-1]] if len(weaker) else gains[:, 0]]
 
 
-def _refit(current: Fit, candidate: Candidate, unseen: Samples) -> Step:
-    """Fit `candidate` on top of `current` from the distorted baseline and from a textbook one, and judge it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """Where short polishes of a candidate ended.
+
+    Attributes:
+        problem: the model with the effect.
+        guise: the effect.
+        x: its unknowns. (size,)
+        gained: fall of the loss. [1]
+    """
+
+    problem: ExtendedProblem
+    guise: Guise
+    x: Floats
+    gained: float
+
+    def unfitted(self, current: Fit) -> Step:
+        """The step that no full fit is worth."""
+        bic = (self.problem.p - current.problem.p) * float(np.log(self.problem.samples.used)) - self.gained
+        reason = f"evidence {-bic:.0f} is below {-BIC:.0f}"
+        if bic < BIC:
+            reason = f"evidence {-bic:.0f} at a first look, a small share of what another effect has"
+        return Step(current, self.guise, Comparison(bic, 0.0, bic, 1.0, 1.0), 0.0, reason)
+
+
+def _look(current: Fit, candidate: Candidate) -> Look:
+    """Try `candidate` on top of `current` from the distorted baseline and from a textbook one."""
     guise = candidate.guise
     problem, x = extend(current, guise, np.array(candidate.starts))
     seen = np.array(candidate.gains).T
@@ -121,15 +161,48 @@ def _refit(current: Fit, candidate: Candidate, unseen: Samples) -> Step:
     classical = x.copy()
     classical[:, :4] = CLASSICAL
     x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
-    best, gained = _first_look(current, problem, guise, x, seen)
-    if gained < PROMISING:
-        bic = (problem.p - current.problem.p) * float(np.log(problem.samples.used)) - gained
-        return Step(
-            current, guise, Comparison(bic, 0.0, bic, 1.0, 1.0), 0.0, f"evidence {-bic:.0f} is below {-BIC:.0f}"
-        )
-    richer = fit(problem, best[None])
-    force = effect_force(richer.problem, richer.x, guise)
-    acting = acting_force(richer.problem, richer.x, guise)
+    return Look(problem, guise, *_first_look(current, problem, guise, x, seen))
+
+
+def _in_whole_turns(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:
+    """The steps, best first, with periods that go into a turn a whole number of times, where that explains as much.
+
+    What else is missing bends a period that the axis travels few times. Only what would be likeliest is worth it.
+    """
+    found: list[Step] = []
+    for number, step in enumerate(steps):
+        if step.refused is None:
+            return [*found, *steps[number:]]
+        found.append(_in_whole_turn(current, step, unseen))
+    return found
+
+
+def _in_whole_turn(current: Fit, step: Step, unseen: Samples) -> Step:
+    """The refused step with the nearest whole number of periods in a turn, or as it is."""
+    guise = step.guise
+    if guise.turn is None or guise not in step.fit.problem.guises or step.evidence.bic > BIC:
+        return step
+    x = step.fit.x[step.fit.problem.slot(guise)]
+    if guise.oddity(x) is None:
+        return step
+    times = guise.turn / float(guise.unknowns[0].value(x[:1])[0])
+    whole = [_bound(current, step, n, unseen) for n in sorted({max(1, math.floor(times)), math.ceil(times)})]
+    whole = [one for one in whole if one.evidence.bic < (1.0 - KNOWN) * step.evidence.bic and one.refused is None]
+    return min(whole, key=lambda one: one.evidence.unseen, default=step)
+
+
+def _bound(current: Fit, step: Step, times: int, unseen: Samples) -> Step:
+    """The step refitted with `times` periods in a turn."""
+    guise = step.guise.bound_to(times)
+    problem, x = extend(current, guise, np.zeros((1, guise.size)))
+    x[:, : problem.p] = step.fit.x[: problem.p]
+    x[:, problem.slot(guise).start] = 0.0
+    return _weighed(current, fit(problem, x), guise, unseen)
+
+
+def _weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
+    """What the richer model's `guise` is worth on top of `current`."""
+    force, acting = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
     refused = refusal(richer, guise, evidence, acting) or wanders(richer, guise.name, -evidence.bic)
     return Step(richer, guise, evidence, force, refused, acting)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ class ExtendedProblem(FrictionProblem):
         scales: Scales | None = None,
         first_state: Floats | None = None,
         most_substeps: int = 6,
+        known: tuple[Floats, Floats] | None = None,
     ) -> None:
         """Order the effects as their laws run.
 
@@ -48,11 +50,13 @@ class ExtendedProblem(FrictionProblem):
             scales: as for the baseline.
             first_state: as for the baseline.
             most_substeps: per sample; one-step errors forgive steps that a free run would not.
+            known: centre and standard deviation of the baseline's unknowns from elsewhere. (base,) each
         """
         super().__init__(samples, axis, scales=scales, first_state=first_state)
         self.base = self.p
         self._usual = self.substeps
         self.most_substeps = most_substeps
+        self.known = known
         self.guises = tuple(sorted(guises, key=lambda guise: (guise.effect.order, guise.name)))
         self.p = self.base + sum(guise.size for guise in self.guises)
         if middle is None:
@@ -66,45 +70,39 @@ class ExtendedProblem(FrictionProblem):
 
     def on(self, samples: Samples, first_state: Floats | None = None) -> ExtendedProblem:
         """The same model on other samples."""
-        return type(self)(
-            samples,
-            self.axis,
-            self.guises,
-            middle=self.middle,
-            scales=self.scales,
-            first_state=first_state,
-            most_substeps=self.most_substeps,
-        )
+        return self._other(samples=samples, first_state=first_state)
 
     def refined(self, longest_substep: float = FINEST_SUBSTEP) -> ExtendedProblem:
         """The same problem marched in other steps; those that effects ask for change in proportion."""
-        finer = self.on(self.samples, self.first_state)
+        finer = self._other()
         finer.substeps = max(1, int(np.ceil(self.samples.sample_time / longest_substep - 1e-9)))
         return finer
 
     def marched(self, most_substeps: int) -> ExtendedProblem:
         """The same problem with up to `most_substeps` a sample, where an effect asks for them."""
-        return ExtendedProblem(
-            self.samples,
-            self.axis,
-            self.guises,
-            middle=self.middle,
-            scales=self.scales,
-            first_state=self.first_state,
-            most_substeps=most_substeps,
-        )
+        return self._other(most_substeps=most_substeps)
 
     def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
         """The same data with other effects."""
-        return type(self)(
-            self.samples,
-            self.axis,
-            guises,
-            middle=self.middle,
-            scales=self.scales,
-            first_state=self.first_state,
-            most_substeps=self.most_substeps,
-        )
+        return self._other(guises=guises)
+
+    def knowing(self, known: tuple[Floats, Floats] | None) -> ExtendedProblem:
+        """The same with the baseline's unknowns known so well from elsewhere, or not."""
+        return self._other(known=known)
+
+    def _other(self, **changed: Any) -> ExtendedProblem:
+        """The same problem but for what is `changed`."""
+        same = {
+            "samples": self.samples,
+            "axis": self.axis,
+            "guises": self.guises,
+            "middle": self.middle,
+            "scales": self.scales,
+            "first_state": self.first_state,
+            "most_substeps": self.most_substeps,
+            "known": self.known,
+        }
+        return type(self)(**{**same, **changed})
 
     def guise(self, name: str) -> Guise:
         """The effect called `name`."""
@@ -134,6 +132,8 @@ class ExtendedProblem(FrictionProblem):
         for guise in self.guises:
             centre[self.slot(guise)] = 0.0
             spread[self.slot(guise)] = [unknown.spread for unknown in guise.unknowns]
+        if self.known is not None:
+            centre[: self.base], spread[: self.base] = self.known
         return centre, spread
 
     def _wide(self, x: Floats) -> Floats:

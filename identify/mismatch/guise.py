@@ -7,6 +7,7 @@ sine. Which effects may be present how: `ways.py`.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ Floats = NDArray[np.float64]
 
 PLACE = 30.0  # spread of the prior of an unknown that says where an effect is
 MOST_PERIODS = 36.5  # of a ripple in one turn
+OFF_WHOLE = 0.003  # relative: how well the radius that makes a turn is known
 OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
 
@@ -160,11 +162,20 @@ class Guise:
         """Index of the unknown that says where the effect is: a position, a moment, a period; or None."""
         return next((index for index, unknown in enumerate(self.unknowns) if unknown.spread >= PLACE), None)
 
+    def bound_to(self, times: int) -> Guise:
+        """The same wave, `times` of which make a turn. Raises TypeError where no turn is known."""
+        if self.turn is None:
+            raise TypeError(f"{self.name} has no turn")
+        period = dataclasses.replace(self.unknowns[0], unit=self.turn / times, spread=OFF_WHOLE)
+        return dataclasses.replace(self, unknowns=(period, *self.unknowns[1:]))
+
     def oddity(self, z: Floats) -> str | None:
         """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""
         first = float(self.unknowns[0].value(z[:1])[0])
         if abs(first) < self.least:
             return f"its size of {first:.2g} is below {self.least:.2g}: less is no finding"
+        if first < 0.0 and self.effect.parameters[0].plausible[0] == 0.0 == self.effect.parameters[0].absent:
+            return f"its size of {first:.2g} is negative, which is no {self.name.replace('_', ' ')}"
         if self.turn is None:
             return None
         times = self.turn / first

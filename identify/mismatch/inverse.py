@@ -101,15 +101,16 @@ def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats |
     return None if here is None or there is None else here.lacking - there.lacking
 
 
-def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
-    """Force that `guise` brings at unknowns x (size,), rms over the motion. [N]; infinite where there is no inverse."""
-    series = effect_series(problem, x, guise)
-    return float("inf") if series is None else float(np.sqrt(np.mean(series**2)))
+def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[float, float]:
+    """Force that `guise` brings at unknowns x (size,), infinite where there is no inverse. [N] twice.
 
-
-def acting_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> float:
-    """The same where `guise` acts: rms weighted by its own square, so that a place or an event counts in full. [N]."""
+    Returns:
+        Its rms over the motion, and its rms where it acts: weighted by its own square, so that a place or an event
+        counts in full.
+    """
     series = effect_series(problem, x, guise)
     if series is None:
-        return float("inf")
-    return float(np.sqrt(np.sum(series**4) / max(float(np.sum(series**2)), 1e-300)))
+        return float("inf"), float("inf")
+    square = series**2
+    acting = float(np.sqrt(np.sum(square**2) / max(float(np.sum(square)), 1e-300)))
+    return float(np.sqrt(np.mean(square))), acting

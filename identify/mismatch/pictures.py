@@ -113,6 +113,7 @@ class Pictures:
 
 def pictures_of(
     selection: Selection,
+    baseline: Fit,
     named: Fit | None,
     evidence: Evidence,
     wanted: Sequence[str],
@@ -122,12 +123,12 @@ def pictures_of(
 
     Args:
         selection: what was searched and found.
+        baseline: what everybody would fit.
         named: the extended model that stands, None where none does.
         evidence: fitted and held-out samples.
         wanted: coordinates to draw, most telling first.
         offered: names of all effects that were looked at.
     """
-    baseline = selection.baseline
     axis = baseline.problem.axis
     fits = {"baseline": baseline} if named is None else {"baseline": baseline, "extended": named}
     tried = _tried(selection, set() if named is None else set(named.names))

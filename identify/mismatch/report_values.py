@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 
 DIFFERENCE = 1e-5  # of a scaled unknown
 ITERATIONS = 10
+LONGEST_REST = 3.0  # s, within which a moment is looked for that is as likely
+MOMENTS = 61
 
 
 def spread_of(fit: Fit) -> Uncertainty:
@@ -66,12 +68,32 @@ def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> d
             beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
             half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))
         if at == value:
-            interval = (value - half, value + half)
+            low, high = _as_likely(one.fit, guise) if name == "time" else (value, value)
+            interval = (min(value - half, low), max(value + half, high))
         else:
             factor = float(np.exp(min(half, 50.0)))
             interval = (value / factor, value * factor)
         found[name] = Quantity(value, unit, interval)
     return found
+
+
+def _as_likely(fit: Fit, guise: Guise) -> tuple[float, float]:
+    """First and last moment [s] at which a step would be about as likely: while the axis rests nobody sees it."""
+    place = guise.place()
+    if place is None:
+        return np.inf, -np.inf
+    problem, unknown = fit.problem, guise.unknowns[place]
+    index = problem.slot(guise).start + place
+    value = float(unknown.value(fit.x[index, None])[0])
+    ends = []
+    for sign in (-1.0, 1.0):
+        moments = value + sign * np.linspace(0.0, LONGEST_REST, MOMENTS)
+        points = np.repeat(fit.x[None], MOMENTS, axis=0)
+        points[:, index] = [unknown.scaled(moment) for moment in moments]
+        losses = problem.losses(np.clip(points, *problem.bounds), fit.found.gain)
+        unlikely = np.flatnonzero(losses > losses[0] + NORMAL**2)
+        ends.append(float(moments[unlikely[0] - 1 if len(unlikely) else -1]))
+    return ends[0], ends[1]
 
 
 def _on_scale(one: Measured, guise: Guise) -> dict[str, tuple[float, str, float, float]]:

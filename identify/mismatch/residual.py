@@ -82,7 +82,7 @@ def setting_of(problem: ExtendedProblem, x: Floats, native_time: float = 0.0) ->
         rests=_longest(rest) * samples.sample_time,
         spots=spots(left, scales.travel),
         periods=periods(left, scales.travel),
-        free_offset=not problem.gravity_known,
+        free_offset=not problem.gravity_known and problem.known is None,
         native_time=native_time,
     )
 

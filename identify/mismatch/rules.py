@@ -20,6 +20,9 @@ SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
+FORESEEN, FORESEEN_Z = 60.0, 3.0  # evidence of unseen data, sample by sample, and its z: for or against a name
+SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
+DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
@@ -67,6 +70,10 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         return f"evidence {-evidence.bic:.0f} is below {-BIC:.0f}"
     if not agreed(evidence):
         return f"the evidence comes from few places (z = {evidence.z:.1f})"
+    if evidence.foreseen < 0.0 and evidence.foreseen_z < -FORESEEN_Z:
+        return f"it makes data it has not seen less likely (z = {evidence.foreseen_z:.1f})"
+    if evidence.support < SUPPORT and evidence.foreseen < -BIC and evidence.unseen > DISTINCT:
+        return f"data it has not seen hardly speak for it (evidence {evidence.foreseen:.0f})"
     if not _hidden_state(guise, evidence):
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
         if both > (NO_WORSE if evidence.bic < BIC_STRONG else FREE_RUN):
@@ -101,9 +108,13 @@ def agreed(evidence: Comparison) -> bool:
     """True where the blocks of the recording agree.
 
     An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks, or
-    where unseen data are predicted so much better that nothing else needs to agree.
+    where unseen data are so much likelier, or predicted so much better, that nothing else needs to agree.
     """
-    if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z) or evidence.unseen < PROVEN:
+    if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z):
+        return True
+    if evidence.unseen < PROVEN and evidence.foreseen_z > Z_LEAST:
+        return True
+    if evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z:
         return True
     return evidence.z >= Z_LEAST and evidence.steady < BIC_STRONG
 

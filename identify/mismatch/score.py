@@ -36,12 +36,26 @@ class Lead:
 def leads(fit: Fit, guises: list[Guise], gain: Floats) -> list[Lead]:
     """The best starting point of every guise at observer gains (4,), most telling first."""
     error, slope = fit.problem.jacobian(fit.x, gain)
-    scale = np.linalg.norm(slope, axis=0)
-    basis, _ = np.linalg.qr(slope[:, scale > 0] / scale[scale > 0])
+    basis = _swallowed(fit, error, slope)
     rest = error - basis @ (basis.T @ error)
     variance = float(rest @ rest) / len(rest)
     found = [_lead(fit, guise, gain, error, basis, rest, variance) for guise in guises]
     return sorted((lead for lead in found if lead is not None), key=lambda lead: -lead.gain)
+
+
+def _swallowed(fit: Fit, error: Floats, slope: Floats) -> Floats:
+    """Orthonormal directions of the predictions that the model's unknowns reach. (n, k).
+
+    What is known of an unknown from elsewhere (`ExtendedProblem.known`) counts as much as it is known: an unknown that
+    the samples tell less of than that reaches nothing.
+    """
+    scale = np.linalg.norm(slope, axis=0)
+    usable = scale > 0
+    if fit.problem.known is not None:
+        variance = float(error @ error) / len(error)
+        usable[: fit.problem.base] &= scale[: fit.problem.base] * fit.problem.known[1] > np.sqrt(variance)
+    basis, _ = np.linalg.qr(slope[:, usable] / scale[usable])
+    return basis
 
 
 def extend(fit: Fit, guise: Guise, starts: Floats) -> tuple[ExtendedProblem, Floats]:

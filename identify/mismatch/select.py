@@ -8,7 +8,7 @@ from identify.mismatch.compare import Fit, compare, fit, trimmed
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.progress import Stage, Tell, unheard
-from identify.mismatch.rules import BIC, CLEAN, LESSER, TIED_BIC, Step, best_of, clock_shift, cost, price
+from identify.mismatch.rules import BIC, CLEAN, LESSER, TIED_BIC, Step, Z, best_of, clock_shift, cost, price
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
@@ -112,7 +112,9 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        current, steps = explore(before, [guise for guise in guises if guise.name not in taken], unseen, progress)
+        offered = [guise for guise in guises if guise.name not in taken]
+        needed = LESSER * (price(selection.baseline) - price(before))
+        current, steps = explore(before, offered, unseen, progress, needed=needed)
         _improve(selection, current)
         shift = None if selection.shift else clock_shift(steps)
         if shift is not None:
@@ -137,11 +139,16 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
 
 
 def _of_its_own(step: Step, taken: set[str], so_far: float) -> Step:
-    """The step, refused where it only mends the shape of an effect that is `taken` already."""
+    """The step, refused where it only mends the shape of an effect that is `taken` already.
+
+    What mends a shape is a twin of the effect, or has its evidence from the few places where the effect acts.
+    """
     kin = taken & TWINS.get(step.guise.name, frozenset())
-    if step.refused is not None or not kin or -step.evidence.bic >= KIN * so_far:
+    if step.refused is not None or not taken or -step.evidence.bic >= KIN * so_far:
         return step
-    return replace(step, refused=f"it may stand in for how {min(kin)} differs from the catalogue's")
+    if not kin and step.evidence.z >= Z:
+        return step
+    return replace(step, refused=f"it may stand in for how {min(kin or taken)} differs from the catalogue's")
 
 
 def _improve(selection: Selection, current: Fit) -> None:

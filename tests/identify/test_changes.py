@@ -25,6 +25,16 @@ def test_an_effect_of_today_is_said_to_have_appeared_and_friction_is_left_alone(
     assert "appeared" in found.explanation
 
 
+def test_what_friction_and_the_constant_force_swallow_shows_against_commissioning(tmp_path):
+    spec = {"effects": ("coulomb_asymmetry",), "excitation": "loop_scurve", "size": 0.9, "noise": 1e-3}
+    _, axis, recordings = recorded(tmp_path, seed=14_100, orientation="rotary", **spec, **{**PAIR, "duration": 30.0})
+    alone = diagnose(recordings[1:], axis)
+    assert "coulomb_asymmetry" not in {effect.name for effect in alone.effects}
+    found = diagnose(recordings, axis)
+    assert "coulomb_asymmetry" in {name for names in found.alternatives for name in names}
+    assert found.fit["extended"].held_out < 0.85 * found.fit["baseline"].held_out
+
+
 @pytest.mark.parametrize(("wear", "moved"), [(1.0, False), (1.25, True)])
 def test_dry_friction_that_rose_is_seen_and_that_did_not_is_not(tmp_path, wear, moved):
     case, axis, recordings = recorded(tmp_path, seed=73_021, excitation="multisine", wear=wear, **PAIR)

@@ -8,8 +8,8 @@ import pytest
 
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.guise import Setting
-from identify.mismatch.rules import Step, agreed, best_of, cost
+from identify.mismatch.guise import Guise, Setting, Unknown
+from identify.mismatch.rules import Step, agreed, best_of, cost, refusal
 from identify.mismatch.ways import guises
 from plant.axis_file import read_axis
 from plant.effects import find
@@ -101,7 +101,34 @@ def test_evidence_from_few_places_counts_where_enough_is_left_without_the_best()
     assert agreed(Comparison(-300.0, 2.1, -150.0, 0.5, 0.5))
     assert not agreed(Comparison(-300.0, 2.1, -20.0, 0.5, 0.5))
     assert not agreed(Comparison(-300.0, 1.2, -150.0, 0.5, 0.5))
+    assert agreed(Comparison(-300.0, 1.2, -150.0, 0.6, 0.6, foreseen=200.0, foreseen_z=5.0))
+    assert not agreed(Comparison(-300.0, 1.2, -150.0, 0.6, 0.6, foreseen=200.0, foreseen_z=2.0))
     assert block_sums(gained).sum() == pytest.approx(gained.sum())
+
+
+def test_unseen_data_that_speak_against_a_name_or_hardly_for_it_forbid_it():
+    drag = drag_on_a_machine(25.0)
+    fair = Comparison(-300.0, 6.0, -200.0, 0.7, 0.7, foreseen=180.0, foreseen_z=5.0, support=0.9)
+    assert refusal(*drag, fair, 10.0) is None
+    against = dataclasses.replace(fair, foreseen=-90.0, foreseen_z=-4.0)
+    assert "less likely" in refusal(*drag, against, 10.0)
+    assert "hardly speak for it" in refusal(*drag, dataclasses.replace(fair, support=0.05, foreseen=9.0), 10.0)
+    assert refusal(*drag, dataclasses.replace(fair, support=0.05), 10.0) is None
+    assert refusal(*drag, dataclasses.replace(fair, support=0.05, foreseen=9.0, unseen=0.3), 10.0) is None
+
+
+def test_a_drag_that_pushes_is_none_and_nothing_is_named_in_its_stead():
+    against = refusal(*drag_on_a_machine(-25.0), Comparison(-300.0, 6.0, -200.0, 0.7, 0.7), 10.0)
+    assert "negative" in against
+    assert step(-200.0, refused=against).misplaced
+
+
+def drag_on_a_machine(coefficient):
+    """As much of a fit with quadratic drag [N s²/m²] as the rules look at, and its guise."""
+    unknown = Unknown("coefficient", 10.0, -100.0, 100.0)
+    guise = Guise(find("quadratic_drag"), (unknown,), np.array([[5.0]]))
+    problem = SimpleNamespace(slot=lambda _: slice(0, 1), bounds=(np.array([-10.0]), np.array([10.0])))
+    return SimpleNamespace(problem=problem, x=np.array([coefficient / 10.0]), dry_level=80.0), guise
 
 
 def test_a_ripple_goes_into_a_turn_a_whole_number_of_times(tmp_path):
@@ -119,6 +146,9 @@ def test_a_ripple_goes_into_a_turn_a_whole_number_of_times(tmp_path):
     assert odd(turn) is None
     assert odd(turn / 6) is None
     assert "times" in odd(turn / 2.5)
+    bound = ripple.bound_to(6)
+    assert bound.unknowns[0].value(np.zeros(1)) == pytest.approx(turn / 6)
+    assert bound.unknowns[0].spread < 0.01 < ripple.unknowns[0].spread
     late = guises({"dead_time": find("dead_time")}, setting)[0]
     assert late.oddity(np.array([late.unknowns[0].scaled(0.03)])) is None
     assert "less is no finding" in late.oddity(np.array([late.unknowns[0].scaled(0.001)]))

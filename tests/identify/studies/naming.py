@@ -20,7 +20,7 @@ import numpy as np
 from identify.mismatch.compare import compare, fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import conclude
-from identify.mismatch.inverse import acting_force
+from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Diagnosis
 from identify.mismatch.rules import price, refusal
 from plant.axis_file import read_axis
@@ -67,7 +67,7 @@ def oracle(conclusion: Conclusion, plant) -> dict | None:
     low, high = problem.bounds
     best = fit(problem, np.clip(np.stack([true, start]), low, high))
     evidence = compare(baseline, best, conclusion.evidence.held_out)
-    refused = [refusal(best, way, evidence, acting_force(problem, best.x, way)) for way, _ in chosen]
+    refused = [refusal(best, way, evidence, effect_force(problem, best.x, way)[1]) for way, _ in chosen]
     return {"price": price(best), **dataclasses.asdict(evidence), "refused": refused}
 
 
@@ -123,6 +123,9 @@ def case_of(seed: int, index: int, folder: Path) -> dict | None:
     found["baseline"] = {"price": price(chosen.baseline), "latent": chosen.baseline.latent_force,
                          "dry": chosen.baseline.dry_level}  # fmt: skip
     found["chosen"] = {"price": price(chosen.chosen), "latent": chosen.chosen.latent_force}
+    found["torn"] = {"plain": conclusion._held_out(conclusion.plain) / conclusion.own,
+                     "final": conclusion._held_out(conclusion.final) / conclusion.own,
+                     "kind": conclusion.evidence.kind}  # fmt: skip
     found["left"] = [dataclasses.asdict(one) for one in conclusion.left]
     if plant.effects and label["kind"] != "still":
         found["oracle"] = oracle(conclusion, plant)
