@@ -42,9 +42,11 @@ LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside 
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLEARLY = 0.7  # of the same past the worst runs
+ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
+STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
+LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 STRAY = 10.0  # times the same error: a model with effects that leaves more does not explain what is held out
@@ -139,7 +141,9 @@ class Conclusion:
     @cached_property
     def explains(self) -> bool:
         """Whether there is something to name, and its name is worth the risk."""
-        return self.stands and self.pays() if self.selection.steps else self._offset_named
+        if not self.selection.steps:
+            return self._offset_named
+        return self.stands and self.pays() and bool(self.named)
 
     @cached_property
     def torn(self) -> bool:
@@ -176,7 +180,7 @@ class Conclusion:
         """The answer."""
         if self.verdict is not Verdict.EXPLAINED:
             return self._answer(self.verdict, self.plain, (), self.nameless)
-        named = self._effects() if self.selection.steps else ()
+        named = self.named if self.selection.steps else ()
         offset = self.constant
         if offset is not None and self._offset_named:
             return self._answer(self.verdict, offset.fit, (*named, offset.effect), [])
@@ -240,7 +244,7 @@ class Conclusion:
             experiments=candidates,
             seed=self.seed,
             data_sha256=evidence.sha256,
-            preprocessing=(*evidence.removed, *((CLOCK,) if self.selection.shift else ())),
+            preprocessing=(*evidence.removed, *((CLOCK,) if self.selection.shift else ()), *self._stamps(effects)),
             pictures=pictures_of(
                 self.selection,
                 baseline,
@@ -248,6 +252,7 @@ class Conclusion:
                 evidence,
                 wanted,
                 {way.name for way in self.ways},
+                {effect.name for effect in effects},
             ),
         )
 
@@ -292,6 +297,18 @@ class Conclusion:
             share = best.force**2 / (best.force**2 + fitted.latent_force**2)
         return Location(best.coordinate, best.interval, share, best.p_value, others)
 
+    @cached_property
+    def named(self) -> tuple[FoundEffect, ...]:
+        """The chosen effects that are known to be there, the largest share first."""
+        return tuple(effect for effect in self._effects if not _may_be_stamps(effect))
+
+    def _stamps(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+        """What is said of a lag in the model that is not among the `named` effects."""
+        found = self._effects if named and self.selection.steps else ()
+        late = [effect for effect in found if _may_be_stamps(effect)]
+        return tuple(STAMPS.format(effect.parameters[LATE[effect.name]].value) for effect in late)
+
+    @cached_property
     def _effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
         chosen, final = self.selection.chosen, measured(self.final)
@@ -325,9 +342,11 @@ class Conclusion:
         for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
             for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
                 _add(sets, self._constants(chosen, step, rival), step.guise.name, rival.guise.name)
-        extra = tuple(name for name in chosen if name not in {step.guise.name for step in self.selection.steps})
+        found = [step.guise.name for step in self.selection.steps]
+        extra = tuple(name for name in chosen if name not in found)
+        late = set(found) - set(chosen)
         for other in self.selection.others if chosen else ():
-            names = (*(step.guise.name for step in other.steps), *extra)
+            names = (*(step.guise.name for step in other.steps if step.guise.name not in late), *extra)
             if len(set(names)) == len(names) and set(names) not in [set(known) for known in sets]:
                 sets.append(names)
         offset = self.constant
@@ -347,3 +366,9 @@ def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other:
     swapped = tuple(other if one == name else one for one in chosen)
     if set(swapped) not in [set(known) for known in sets]:
         sets.append(swapped)
+
+
+def _may_be_stamps(effect: FoundEffect) -> bool:
+    """Whether a lag or dead time is not known to be there: stamps of the two channels that are apart do the same."""
+    late = effect.parameters.get(LATE.get(effect.name, ""))
+    return late is not None and late.ci95 is not None and late.ci95[0] <= 0.0

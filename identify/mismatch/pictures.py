@@ -118,6 +118,7 @@ def pictures_of(
     evidence: Evidence,
     wanted: Sequence[str],
     offered: Collection[str],
+    told: Collection[str],
 ) -> Pictures:
     """Take the pictures of a finished search.
 
@@ -128,10 +129,11 @@ def pictures_of(
         evidence: fitted and held-out samples.
         wanted: coordinates to draw, most telling first.
         offered: names of all effects that were looked at.
+        told: names that the answer gives.
     """
     axis = baseline.problem.axis
     fits = {"baseline": baseline} if named is None else {"baseline": baseline, "extended": named}
-    tried = _tried(selection, set() if named is None else set(named.names))
+    tried = _tried(selection, told)
     return Pictures(
         maps=maps_of(baseline, named, evidence, wanted),
         grids=grids_of(baseline, named, evidence),
@@ -191,7 +193,7 @@ def _prediction(baseline: Fit, named: Fit | None, held_out: Samples) -> Predicti
     return Prediction(samples.t[shown], samples.run[shown], samples.position[shown], errors[0][shown], after)
 
 
-def _tried(selection: Selection, chosen: set[str]) -> tuple[Tried, ...]:
+def _tried(selection: Selection, told: Collection[str]) -> tuple[Tried, ...]:
     """Every effect that was fitted, per stage of the search, in its best guise."""
     found = []
     for stage, steps in enumerate(selection.rivals, 1):
@@ -203,14 +205,14 @@ def _tried(selection: Selection, chosen: set[str]) -> tuple[Tried, ...]:
             best.setdefault(step.guise.name, step)
         for name, step in best.items():
             seen = step.evidence
-            outcome = _outcome(step, winner, name in chosen, name in close)
+            outcome = _outcome(step, winner, name in told, name in close)
             found.append(Tried(stage, name, -seen.bic, seen.z, seen.free_run, step.force_rms, outcome))
     return tuple(found)
 
 
-def _outcome(step: Step, winner: Step | None, chosen: bool, close: bool) -> str:
+def _outcome(step: Step, winner: Step | None, told: bool, close: bool) -> str:
     """What became of a candidate, in words."""
-    if chosen:
+    if told:
         return "named"
     if step.refused is not None:
         return f"refused: {step.refused}"

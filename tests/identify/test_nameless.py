@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from identify.mismatch.compare import Comparison, block_sums, block_z
+from identify.mismatch.conclusion import _may_be_stamps
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Setting, Unknown
+from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import Step, agreed, best_of, cost, refusal
 from identify.mismatch.ways import guises
 from plant.axis_file import read_axis
@@ -121,6 +123,17 @@ def test_a_drag_that_pushes_is_none_and_nothing_is_named_in_its_stead():
     against = refusal(*drag_on_a_machine(-25.0), Comparison(-300.0, 6.0, -200.0, 0.7, 0.7), 10.0)
     assert "negative" in against
     assert step(-200.0, refused=against).misplaced
+
+
+def test_a_lag_whose_interval_reaches_zero_may_be_stamps_and_is_not_named():
+    def late(name, low):
+        key = {"dead_time": "delay"}.get(name, "time_constant")
+        return FoundEffect(name, 0.5, {key: Quantity(4e-4, "s", (low, 1e-3))}, 3.0)
+
+    assert _may_be_stamps(late("dead_time", -2e-4))
+    assert _may_be_stamps(late("actuator_lag", 0.0))
+    assert not _may_be_stamps(late("dead_time", 1e-4))
+    assert not _may_be_stamps(late("thermal_drift", -1.0))
 
 
 def drag_on_a_machine(coefficient):
