@@ -129,11 +129,12 @@ class Conclusion:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
-        if after > REST * baseline.dry_level and after > KEPT * before and self._share(chosen) > PROVEN:
-            return False
+        if self._share(self.final) > PROVEN:
+            if after > REST * baseline.dry_level and after > KEPT * before:
+                return False
+            if self._held_out(self.final) > STRAY * self.own:
+                return False
         if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
-            return False
-        if self._share(self.final) > PROVEN and self._held_out(self.final) > STRAY * self.own:
             return False
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
