@@ -102,9 +102,8 @@ def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:
     """
     problem, x = best.problem, best.x
     bad = late_outliers(problem, x, best.found.gain)
-    unseen = problem.on(evidence.held_out)
-    start = np.concatenate([x[: problem.p], np.zeros(unseen.size - problem.p)])
-    bad_unseen = late_outliers(unseen, start, best.found.gain)
+    unseen = best.on(evidence.held_out)
+    bad_unseen = late_outliers(unseen.problem, unseen.x, best.found.gain)
     if bad_unseen.any():
         evidence = dataclasses.replace(evidence, held_out=without(evidence.held_out, bad_unseen))
     if bad.any():

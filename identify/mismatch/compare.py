@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import noise_level, restarted, short_run_criterion
+from identify.criterion import FREE, noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
 from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
@@ -58,6 +58,12 @@ class Fit:
     def latent_force(self) -> float:
         """Force the observer supplies where the model has none: rho sigma m_e. [N]."""
         return latent_force(self.problem, self.x, self.found.gain)
+
+    def on(self, samples: Samples, first_state: Floats | None = None) -> Fit:
+        """The same model and unknowns on other samples, from their measured starts or from a state each. (runs, 2)"""
+        problem = self.problem.on(samples, first_state)
+        x = np.concatenate([self.x[: problem.p], np.zeros(2 * samples.runs)])
+        return Fit(problem, replace(self.found, x=x))
 
     def terms(self) -> Floats:
         """Log-likelihood of each sample. (n,)"""
@@ -138,10 +144,9 @@ def _likelihood(fitted: Fit, samples: Samples, gains: Floats) -> Floats:
 
     Errors are taken to follow Student's t: an event that no model knows of is no reason to prefer one.
     """
-    problem = fitted.problem.on(samples)
-    x = np.concatenate([fitted.x[: problem.p], np.zeros(2 * samples.runs)])
+    there = fitted.on(samples)
     with np.errstate(all="ignore"):
-        square = problem.errors(np.repeat(x[None], gains.shape[1], axis=0), gains) ** 2
+        square = there.problem.errors(np.repeat(there.x[None], gains.shape[1], axis=0), gains) ** 2
         variance = np.median(square, axis=0) + 1e-300
         for _ in range(PASSES):  # expectation-maximisation (Lange, Little & Taylor 1989)
             variance = np.mean((TAIL + 1.0) * square / (TAIL + square / variance), axis=0) + 1e-300
@@ -159,7 +164,7 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     if samples is None:
         samples = poorer.problem.samples
     cut, states = restarted(samples)
-    errors = [_free_errors(one, cut, states) for one in (poorer, richer)]
+    errors = [free_errors(one, cut, states) for one in (poorer, richer)]
     size = float(np.mean(errors[0] ** 2))
     doubt = min(noise_level(samples.position) ** 2 / max(size, 1e-300), 1.0)
     squares = [_forgiven(error, cut, doubt) for error in errors]
@@ -170,11 +175,10 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     return after / max(before, 1e-300)
 
 
-def _free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:
+def free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:
     """Errors of free runs from given states. [m] (n,)"""
-    problem = one.problem.on(cut, states)
-    x = np.concatenate([one.x[: problem.p], np.zeros(2 * cut.runs)])
-    return problem.errors(x[None], np.zeros(4))[:, 0].copy()
+    there = one.on(cut, states)
+    return there.problem.errors(there.x[None], FREE)[:, 0].copy()
 
 
 def _forgiven(error: Floats, cut: Samples, doubt: float) -> Floats:

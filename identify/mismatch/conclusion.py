@@ -276,9 +276,7 @@ class Conclusion:
 
     def _held_out(self, fitted: Fit) -> float:
         """Eq. (4) over one-second free runs on data the fit has not seen. [1]."""
-        problem = fitted.problem.on(self.evidence.held_out)
-        x = np.concatenate([fitted.x[: problem.p], np.zeros(2 * self.evidence.held_out.runs)])
-        return Fit(problem, dataclasses.replace(fitted.found, x=x)).short_run()
+        return fitted.on(self.evidence.held_out).short_run()
 
     def _place(self, effects: tuple[FoundEffect, ...]) -> Location:
         """Where the effect with the largest share acts."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import FREE, restarted
-from identify.mismatch.compare import Fit
+from identify.criterion import restarted
+from identify.mismatch.compare import Fit, free_errors
 from identify.mismatch.data import Evidence
 from identify.mismatch.grids import Grid, grids_of
 from identify.mismatch.maps import BINS, Map, maps_of
@@ -183,11 +183,7 @@ def _accrual(baseline: Fit, named: Fit) -> Accrual:
 def _prediction(baseline: Fit, named: Fit | None, held_out: Samples) -> Prediction:
     """Errors of one-second free runs on `held_out`."""
     samples, states = restarted(held_out)
-    errors: list[Floats] = []
-    for fitted in (baseline, named or baseline):
-        cut = fitted.problem.on(samples, states)
-        x = np.concatenate([fitted.x[: fitted.problem.p], np.zeros(2 * samples.runs)])
-        errors.append(cut.errors(x[None], FREE)[:, 0].copy())
+    errors = [free_errors(fitted, samples, states) for fitted in (baseline, named or baseline)]
     shown = slice(None, None, max(1, -(-len(samples) // MOST_POINTS)))
     after = None if named is None else errors[1][shown]
     return Prediction(samples.t[shown], samples.run[shown], samples.position[shown], errors[0][shown], after)

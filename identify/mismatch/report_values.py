@@ -50,11 +50,10 @@ def measured(fit: Fit) -> Measured:
 
 def second_opinion(first: Fit, unseen: Samples) -> Measured:
     """The same model fitted to data that the first fit has not seen, from where that ended."""
-    problem = first.problem.on(unseen)
-    x = np.concatenate([first.x[: problem.p], np.zeros(problem.size - problem.p)])
-    ends = polish_all(problem, x[None], first.found.gain, ITERATIONS)
+    there = first.on(unseen)
+    ends = polish_all(there.problem, there.x[None], first.found.gain, ITERATIONS)
     found = dataclasses.replace(first.found, x=ends.x[0], criterion=float(ends.loss[0]))
-    return measured(Fit(problem, found))
+    return measured(Fit(there.problem, found))
 
 
 def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> dict[str, Quantity]:

@@ -7,10 +7,6 @@ other, does not decide by chance.
 
 from __future__ import annotations
 
-import dataclasses
-
-import numpy as np
-
 from identify.mismatch.compare import Fit
 from identify.mismatch.events import burst, stretch, tone
 from identify.mismatch.nameless import Structure
@@ -22,7 +18,7 @@ from identify.preprocess import Samples
 
 def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list[Structure]:
     """Everything that is sure, the most evident first; where one is `suspicious`, events that came once too."""
-    views = outlooks(fit, _moved(fit, held_out))
+    views = outlooks(fit, fit.on(held_out))
     here, there = views[0].here, views[0].there
     found = [
         structure
@@ -39,10 +35,3 @@ def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list
     )
     found += [s for s in others if s is not None]
     return sorted(found, key=lambda s: -s.evidence)
-
-
-def _moved(fit: Fit, samples: Samples) -> Fit:
-    """The same model and unknowns on other samples, from their measured starts."""
-    problem = fit.problem.on(samples)
-    x = np.concatenate([fit.x[: problem.p], np.zeros(2 * samples.runs)])
-    return Fit(problem, dataclasses.replace(fit.found, x=x))
