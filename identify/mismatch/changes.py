@@ -22,6 +22,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import reported, spread_of
 from identify.mismatch.result import Change
 from identify.mismatch.rules import BIC, Z_STRONG
+from identify.mismatch.score import spanned
 from identify.polish import polish_all
 from identify.preprocess import Samples
 
@@ -103,9 +104,7 @@ def _release(current: Fit, offered: Sequence[Shown], released: Sequence[Shown]) 
     variance = float(error @ error) / len(error)
     known = everything.shared + len(taken)
     columns = np.arange(known, everything.p)
-    rest = np.delete(slope, columns, axis=1)
-    size = np.linalg.norm(rest, axis=0)
-    basis, _ = np.linalg.qr(rest[:, size > 0] / size[size > 0])
+    basis = spanned(np.delete(slope, columns, axis=1))
     left = error - basis @ (basis.T @ error)
     promised, at = [], known
     for one in offered:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -27,31 +28,39 @@ from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, second_opinion, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
-from identify.mismatch.rivals import rivals_of, still_tied
-from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, Step, beyond, price, tied
+from identify.mismatch.rivals import fit_of, rivals_of, still_tied
+from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, TIED_BIC, Step, beyond, cost, price, tied
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
 from identify.uncertainty import Uncertainty
 from plant.axis import Axis
+from plant.effects import find
 from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
+MUCH, DIRTY = 0.4, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
 CLEARLY = 0.7  # of the same past the worst runs
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
+SIZE = 0.01  # relative: no size is better known, whatever the noise: masses, torque constants and shapes are not
+SCALE = 0.001  # relative: no period is better known: radii are not
+PLACES = {"centre", "position", "rest_position", "time"}
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
+MAYBE = "{}: there may be some, or none: taken into account, not named"
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
+ORDERS = 3  # lags in series that a drive may have
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
-STRAY = 10.0  # times the same error: a model with effects that leaves more does not explain what is held out
+STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
+WEIGHTLESS = {"inertia_error": "torque_scale_error", "torque_scale_error": "inertia_error"}  # where friction is free
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,6 +125,8 @@ class Conclusion:
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
         """
         final = self.final
+        if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
+            return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
         past = free_run_ratio(self.plain, final, self.evidence.held_out)
         return self._share(final) < WORTH or past < enough
@@ -129,15 +140,24 @@ class Conclusion:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
-        if self._share(self.final) > PROVEN:
-            if after > REST * baseline.dry_level and after > KEPT * before:
+        share = self._share(self.final)
+        if share > PROVEN:
+            rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
+            if after > rest and after > KEPT * before:
                 return False
-            if self._held_out(self.final) > STRAY * self.own:
+            if self._held_out(self.final) > STRAY * self.own or self._odder:
                 return False
         if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
+
+    @property
+    def _odder(self) -> bool:
+        """Whether as many effects, one of which cannot be what it is called, are likelier than the chosen ones."""
+        chosen, steps = self.selection.chosen, itertools.chain(*self.selection.rivals)
+        odd = [step.fit for step in steps if step.misplaced and len(step.fit.names) <= len(chosen.names)]
+        return any(cost(one) < cost(chosen) - TIED_BIC for one in odd)
 
     @cached_property
     def explains(self) -> bool:
@@ -160,7 +180,9 @@ class Conclusion:
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name."""
         offset = self.constant
-        return offset is not None and self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
+        if offset is None or _may_be_absent(offset.effect):
+            return False
+        return self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
 
     @cached_property
     def nameless(self) -> list[Structure]:
@@ -174,7 +196,8 @@ class Conclusion:
         """The answer in a word."""
         if self.explains:
             return Verdict.EXPLAINED
-        doubtful = bool(self.selection.steps) and not self.stands
+        strays = self.evidence.kind == "time" and self._held_out(self.plain) > STRAY * self.own
+        doubtful = strays or (bool(self.selection.steps) and not self.stands)
         return Verdict.UNEXPLAINED if self.nameless or doubtful else Verdict.NO_MISMATCH
 
     def written(self) -> Diagnosis:
@@ -245,7 +268,7 @@ class Conclusion:
             experiments=candidates,
             seed=self.seed,
             data_sha256=evidence.sha256,
-            preprocessing=(*evidence.removed, *((CLOCK,) if self.selection.shift else ()), *self._stamps(effects)),
+            preprocessing=(*evidence.removed, *((CLOCK,) if self.selection.shift else ()), *self._unnamed(effects)),
             pictures=pictures_of(
                 self.selection,
                 baseline,
@@ -299,13 +322,12 @@ class Conclusion:
     @cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
-        return tuple(effect for effect in self._effects if not _may_be_stamps(effect))
+        return tuple(effect for effect in self._effects if not _may_be_absent(effect))
 
-    def _stamps(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-        """What is said of a lag in the model that is not among the `named` effects."""
+    def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+        """What is said of an effect in the model that is not among the `named` ones."""
         found = self._effects if named and self.selection.steps else ()
-        late = [effect for effect in found if _may_be_stamps(effect)]
-        return tuple(STAMPS.format(effect.parameters[LATE[effect.name]].value) for effect in late)
+        return tuple(_taken_into_account(effect) for effect in found if _may_be_absent(effect))
 
     @cached_property
     def _effects(self) -> tuple[FoundEffect, ...]:
@@ -322,25 +344,31 @@ class Conclusion:
             share = 0.0
             if with_all is not None and lacking is not None:
                 share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
-            values = {name: self._in_time(name, value) for name, value in quantities(final, guise, other).items()}
+            values = {name: self._no_better(name, value) for name, value in quantities(final, guise, other).items()}
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
-    def _in_time(self, name: str, value: Quantity) -> Quantity:
-        """A time constant no better known than the log of a loop tells when its torque acted."""
-        if name != "time_constant" or value.unit != "s" or value.ci95 is None or self.recordings[-1].loop != "closed":
+    def _no_better(self, name: str, value: Quantity) -> Quantity:
+        """A quantity no better known than the axis file's constants, or than when a loop's torque acted."""
+        if value.ci95 is None or name in PLACES:
             return value
-        least = ACTED * (self.setting.native_time or self.setting.sample_time)
-        wider = [float(np.hypot(end - value.value, least)) for end in value.ci95]
-        return dataclasses.replace(value, ci95=(max(value.value - wider[0], 0.0), value.value + wider[1]))
+        least = (SCALE if name == "period" else SIZE) * abs(value.value)
+        if name in LATE.values() and self.recordings[-1].loop == "closed":
+            least = max(least, ACTED * (self.setting.native_time or self.setting.sample_time))
+        low, high = (float(np.hypot(end - value.value, least)) for end in value.ci95)
+        floor = 0.0 if name in LATE.values() else -np.inf
+        return dataclasses.replace(value, ci95=(max(value.value - low, floor), value.value + high))
 
     def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
         """The chosen set, then every set these data cannot tell from it."""
         chosen = tuple(effect.name for effect in effects)
-        sets = [chosen]
+        sets, swaps = [chosen], []
         for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
             for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
                 _add(sets, self._constants(chosen, step, rival), step.guise.name, rival.guise.name)
+                swaps.append((step.guise.name, rival.guise.name))
+        for pair in itertools.combinations(dict.fromkeys(swaps), 2):
+            self._add_both(sets, *pair)
         found = [step.guise.name for step in self.selection.steps]
         extra = tuple(name for name in chosen if name not in found)
         late = set(found) - set(chosen)
@@ -352,10 +380,26 @@ class Conclusion:
         if offset is not None and offset.effect.name in chosen:
             for name in offset.names:
                 _add(sets, chosen, offset.effect.name, name)
-        for name, twin in EXACT.items():
+        exact = EXACT if self.axis.mechanics.weight > 0.0 else EXACT | WEIGHTLESS
+        for name, twin in exact.items():
             for known in tuple(sets):
                 _add(sets, known, name, twin)
+        if _lags_in_series(effects):
+            sets.append(tuple(name for name in chosen if name != "dead_time"))
         return tuple(sets)
+
+    def _add_both(self, sets: list[tuple[str, ...]], one: tuple[str, str], other: tuple[str, str]) -> None:
+        """Note the chosen set with two names swapped at once, where that is as likely."""
+        instead = dict((one, other))
+        swapped = tuple(instead.get(name, name) for name in sets[0])
+        if len(instead) < 2 or not set(instead) <= set(sets[0]) or len(set(swapped)) < len(swapped):
+            return
+        if set(swapped) in [set(known) for known in sets]:
+            return
+        chosen = self.selection.chosen
+        both = fit_of(set(swapped), chosen, self.selection.rivals, self.ways)
+        if both is not None and cost(both) < cost(chosen) + TIED_BIC:
+            sets.append(swapped)
 
 
 def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other: str) -> None:
@@ -367,7 +411,23 @@ def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other:
         sets.append(swapped)
 
 
-def _may_be_stamps(effect: FoundEffect) -> bool:
-    """Whether a lag or dead time is not known to be there: stamps of the two channels that are apart do the same."""
-    late = effect.parameters.get(LATE.get(effect.name, ""))
-    return late is not None and late.ci95 is not None and late.ci95[0] <= 0.0
+def _may_be_absent(effect: FoundEffect) -> bool:
+    """Whether the effect is not known to be there: the interval of its size reaches zero."""
+    sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
+    intervals = [effect.parameters[name].ci95 for name in sizes if name in effect.parameters]
+    return any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)
+
+
+def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:
+    """Whether the dead time beside a lag is short enough for both to be some lags in series, a lag of higher order.
+
+    The force's mean delay and its variance are those of n equal lags where the dead time is sqrt(n) - 1 of the lag.
+    """
+    size = {effect.name: effect.parameters[LATE[effect.name]].value for effect in effects if effect.name in LATE}
+    return len(size) == len(LATE) and size["dead_time"] <= (np.sqrt(ORDERS) - 1.0) * size["actuator_lag"]
+
+
+def _taken_into_account(effect: FoundEffect) -> str:
+    """What is said of an effect that may be absent: a lag may be stamps of the two channels that are apart."""
+    late = LATE.get(effect.name)
+    return MAYBE.format(effect.name) if late is None else STAMPS.format(effect.parameters[late].value)

@@ -9,7 +9,7 @@ from identify.mismatch.compare import Fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Hidden
-from identify.mismatch.score import extend
+from identify.mismatch.score import extend, swallowed
 
 Floats = NDArray[np.float64]
 
@@ -19,8 +19,7 @@ NEEDED = 90.0  # expected evidence at which a name is given nine times of ten: t
 def detectable(fit: Fit, guises: list[Guise]) -> dict[str, Hidden]:
     """Per effect: size of its first parameter, and force, that would have been named with a power of 0.9."""
     error, slope = fit.problem.jacobian(fit.x, fit.found.gain)
-    scale = np.linalg.norm(slope, axis=0)
-    basis, _ = np.linalg.qr(slope[:, scale > 0] / scale[scale > 0])
+    basis = swallowed(fit.problem, error, slope)
     variance = float(error @ error) / len(error)
     found: dict[str, Hidden] = {}
     for guise in guises:

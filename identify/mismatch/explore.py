@@ -32,6 +32,7 @@ ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must
 IMITATED = {"quadratic_drag"}  # friction's own curve imitates it so well that no slope tells: refitted every time
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
+HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
 
@@ -246,8 +247,9 @@ def _first_look(
     place = guise.place()
     pinned = None if place is None else problem.slot(guise).start + place
     first = polish_all(problem, points, seen, LOOK, ROUGH, pinned=pinned)
-    index = losses_by_gain(problem, first.x, gains).argmin(axis=1)
-    ends = polish_all(problem, first.x, gains[:, index], LOOK, ROUGH)
+    by_gain = losses_by_gain(problem, first.x, gains)
+    best = by_gain.min(axis=1).argsort()[:HOPEFUL]
+    ends = polish_all(problem, first.x[best], gains[:, by_gain[best].argmin(axis=1)], LOOK, ROUGH)
     return ends.x[ends.best], current.found.criterion - float(ends.loss[ends.best])
 
 

@@ -26,6 +26,7 @@ PLACE = 30.0  # spread of the prior of an unknown that says where an effect is
 MOST_PERIODS = 36.5  # of a ripple in one turn
 OFF_WHOLE = 0.003  # relative: how well the radius that makes a turn is known
 OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
+SWINGS = 0.5  # damping ratio of a spring that still swings
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
 
 
@@ -112,6 +113,7 @@ class Guise:
         wave: names of amplitude and phase of a periodic effect.
         stiff: True where fast states need the recordings' own rate.
         turn: a period must go into it a whole number of times; None where it may be anything. [m]
+        swings: mass on the spring of stiffness and damping that the unknowns are; None where they are none. [kg]
         least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
     """
 
@@ -122,6 +124,7 @@ class Guise:
     wave: tuple[str, str] | None = None
     stiff: bool = False
     turn: float | None = None
+    swings: float | None = None
     least: float = 0.0
 
     @property
@@ -176,6 +179,10 @@ class Guise:
             return f"its size of {first:.2g} is below {self.least:.2g}: less is no finding"
         if first < 0.0 and self.effect.parameters[0].plausible[0] == 0.0 == self.effect.parameters[0].absent:
             return f"its size of {first:.2g} is negative, which is no {self.name.replace('_', ' ')}"
+        if self.swings is not None:
+            damping = float(self.unknowns[1].value(z[1:2])[0]) / (2.0 * math.sqrt(first * self.swings))
+            if damping > SWINGS:
+                return f"it does not swing (damping ratio {damping:.2g}): no transmission is so damped"
         if self.turn is None:
             return None
         times = self.turn / first

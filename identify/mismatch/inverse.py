@@ -17,11 +17,14 @@ from plant.kernels.laws import LANES, POSITION
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 ORDER = 4
 HIGHEST_CUT = 100.0  # Hz
 CUT_SHARE = 0.2  # of the sampling rate
 EDGE = 10  # samples left out at the ends of a run, where the filter has one side only
+MUCH = 0.1  # of the largest force of an effect: there it acts
+LASTS = 10  # samples for which the predictor feels a force
 FEWEST = 60  # samples of a run that a zero-phase filter can take
 
 
@@ -99,6 +102,19 @@ def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats |
     here = unexplained(problem, x, problem.samples)
     there = unexplained(without, bare, problem.samples)
     return None if here is None or there is None else here.lacking - there.lacking
+
+
+def acting(problem: ExtendedProblem, x: Floats, guise: Guise) -> Bools | None:
+    """Samples at which `guise` brings much of its largest force, or just did. (n,); None where there is no inverse."""
+    series = effect_series(problem, x, guise)
+    whole = unexplained(problem, x, problem.samples)
+    if series is None or whole is None:
+        return None
+    found = np.zeros(len(problem.samples), dtype=np.bool_)
+    for late in range(LASTS):
+        at = whole.index[np.abs(series) > MUCH * float(np.abs(series).max())] + late
+        found[at[at < len(found)]] = True
+    return found
 
 
 def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[float, float]:

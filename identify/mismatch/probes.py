@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit
+from identify.mismatch.score import swallowed
 from identify.observer import gain_table
 from identify.preprocess import Samples
 from plant.kernels.laws import LANES
@@ -49,8 +50,7 @@ class View:
     def of(cls, fit: Fit, gain: Floats) -> View:
         """See `fit` at observer gains (4,)."""
         error, slope = fit.problem.jacobian(fit.x, gain)
-        scale = np.linalg.norm(slope, axis=0)
-        basis, _ = np.linalg.qr(slope[:, scale > 0] / scale[scale > 0])
+        basis = swallowed(fit.problem, error, slope)
         rest = error - basis @ (basis.T @ error)
         return cls(fit, fit.x, gain, rest, basis, float(rest @ rest) / len(rest))
 

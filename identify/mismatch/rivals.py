@@ -40,13 +40,13 @@ def rivals_of(
     """
     found = [Rival(tuple(sets[0]), chosen)]
     for names in sets[1 : MOST_RIVALS + 1]:
-        fitted = _fit_of(set(names), chosen, stages, ways)
+        fitted = fit_of(set(names), chosen, stages, ways)
         if fitted is not None:
             found.append(Rival(tuple(names), fitted))
     return found
 
 
-def _fit_of(names: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways: Sequence[Guise]) -> Fit | None:
+def fit_of(names: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways: Sequence[Guise]) -> Fit | None:
     """The best known fit with just these effects, or a fresh one that starts from what is known of each."""
     known = [step for stage in stages for step in stage if step.guise in step.fit.problem.guises]
     direct = [step.fit for step in known if set(step.fit.names) == names]

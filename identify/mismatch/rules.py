@@ -21,6 +21,7 @@ FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on 
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 FORESEEN, FORESEEN_Z = 60.0, 3.0  # evidence of unseen data, sample by sample, and its z: for or against a name
+SPOILS = 1.4  # on the fitted data, where the likelihood asked for the effect: a little more is how a start is known
 SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
@@ -30,7 +31,7 @@ SPOILED = 3.0  # times the evidence of the best name: what is refused in spite o
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
 CLEAN = 0.013  # of the dry friction: latent force of a complete model, at most
-LESSER = 0.02  # of the evidence so far: less is how imperfectly the shapes of what was named are known
+LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
@@ -78,6 +79,8 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
         if both > (NO_WORSE if evidence.bic < BIC_STRONG else FREE_RUN):
             return f"one-second predictions do not improve ({both:.2f})"
+        if evidence.free_run > SPOILS and evidence.steady > OVERWHELMING:
+            return f"the fitted data themselves are predicted worse ({evidence.free_run:.2f})"
         if evidence.unseen > HELD_OUT and not (both < UNFINISHED and evidence.steady < OVERWHELMING):
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:

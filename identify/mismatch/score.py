@@ -36,25 +36,30 @@ class Lead:
 def leads(fit: Fit, guises: list[Guise], gain: Floats) -> list[Lead]:
     """The best starting point of every guise at observer gains (4,), most telling first."""
     error, slope = fit.problem.jacobian(fit.x, gain)
-    basis = _swallowed(fit, error, slope)
+    basis = swallowed(fit.problem, error, slope)
     rest = error - basis @ (basis.T @ error)
     variance = float(rest @ rest) / len(rest)
     found = [_lead(fit, guise, gain, error, basis, rest, variance) for guise in guises]
     return sorted((lead for lead in found if lead is not None), key=lambda lead: -lead.gain)
 
 
-def _swallowed(fit: Fit, error: Floats, slope: Floats) -> Floats:
+def swallowed(problem: ExtendedProblem, error: Floats, slope: Floats) -> Floats:
     """Orthonormal directions of the predictions that the model's unknowns reach. (n, k).
 
     What is known of an unknown from elsewhere (`ExtendedProblem.known`) counts as much as it is known: an unknown that
     the samples tell less of than that reaches nothing.
     """
+    if problem.known is not None:
+        telling = np.linalg.norm(slope[:, : problem.base], axis=0) * problem.known[1]
+        unused = np.flatnonzero(telling <= np.sqrt(float(error @ error) / len(error)))
+        slope = np.delete(slope, unused, axis=1)
+    return spanned(slope)
+
+
+def spanned(slope: Floats) -> Floats:
+    """Orthonormal directions of the columns of slope (n, p) that are not zero. (n, k)"""
     scale = np.linalg.norm(slope, axis=0)
-    usable = scale > 0
-    if fit.problem.known is not None:
-        variance = float(error @ error) / len(error)
-        usable[: fit.problem.base] &= scale[: fit.problem.base] * fit.problem.known[1] > np.sqrt(variance)
-    basis, _ = np.linalg.qr(slope[:, usable] / scale[usable])
+    basis, _ = np.linalg.qr(slope[:, scale > 0] / scale[scale > 0])
     return basis
 
 

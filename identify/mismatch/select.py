@@ -7,13 +7,17 @@ from dataclasses import dataclass, field, replace
 from identify.mismatch.compare import Fit, compare, fit, trimmed
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
+from identify.mismatch.inverse import acting
 from identify.mismatch.progress import Stage, Tell, unheard
-from identify.mismatch.rules import BIC, CLEAN, LESSER, TIED_BIC, Step, Z, best_of, clock_shift, cost, price
+from identify.mismatch.rules import BIC, CLEAN, LESSER, PROVEN, TIED_BIC, Step, Z, best_of, clock_shift, cost, price
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
+APART = 0.85  # of the one-second error on unseen data: a twin that leaves more of it may be the same effect again
+FEW = 0.4  # of the samples: an effect that acts in more does not act in few places
+MENDS = 0.7  # of the evidence from where a named effect acts: no second one, but how imperfectly the first is known
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 DETOURS = 2  # names that get a try where something likelier, but odd, kept them from being given
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
@@ -121,7 +125,7 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
             selection.chosen, selection.shift = shift.fit, True
             continue
         so_far = price(selection.baseline) - price(current)
-        steps = [_of_its_own(step, taken, so_far) for step in steps]
+        steps = [_of_its_own(step, current, taken, so_far) for step in steps]
         best = best_of(steps)
         if best is None and looks <= MOST_LOOKS and price(before) - price(current) > TIED_BIC:
             continue  # what is left looks different from a fit so much better
@@ -138,17 +142,30 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
     return selection
 
 
-def _of_its_own(step: Step, taken: set[str], so_far: float) -> Step:
+def _of_its_own(step: Step, before: Fit, taken: set[str], so_far: float) -> Step:
     """The step, refused where it only mends the shape of an effect that is `taken` already.
 
-    What mends a shape is a twin of the effect, or has its evidence from the few places where the effect acts.
+    What mends a shape is a twin of the effect, has its evidence where the effect acts, if that is in few places, or has
+    a state of its own that nobody sees: a little spring mends anything.
     """
-    kin = taken & TWINS.get(step.guise.name, frozenset())
-    if step.refused is not None or not taken or -step.evidence.bic >= KIN * so_far:
+    if step.refused is not None or not taken:
         return step
-    if not kin and step.evidence.z >= Z:
+    kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
+    local = [guise.name for guise in before.problem.guises if little and _mends(step, before, guise)]
+    faint = step.evidence.z < Z or step.evidence.unseen > (PROVEN if little else APART)
+    if not local and not (kin and faint) and not (little and step.guise.stiff):
         return step
-    return replace(step, refused=f"it may stand in for how {min(kin or taken)} differs from the catalogue's")
+    whose = local[0] if local else min(kin or taken)
+    return replace(step, refused=f"it may stand in for how {whose} differs from the catalogue's")
+
+
+def _mends(step: Step, before: Fit, guise: Guise) -> bool:
+    """Whether the step's evidence comes from where `guise`, which acts in few places, acts."""
+    near = acting(before.problem, before.x, guise)
+    if near is None or near.mean() > FEW:
+        return step.evidence.z < Z
+    gained = step.fit.terms() - before.terms()
+    return float(gained[near].sum()) > MENDS * float(gained.sum())
 
 
 def _improve(selection: Selection, current: Fit) -> None:

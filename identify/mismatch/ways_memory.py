@@ -44,7 +44,7 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
         Unknown("damping", 30.0, 0.3, 1e4, log=True, spread=2.0),
     )
     rows = [(k, d) for k, d in ((1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)) if k < stiffest]
-    return [Guise(e, unknowns, np.array(rows), stiff=True)] if rows else []
+    return [Guise(e, unknowns, np.array(rows), stiff=True, swings=motor * load / s.mass)] if rows else []
 
 
 def _two_masses(s: Setting) -> bool:

@@ -19,13 +19,13 @@ def position_friction(e: Effect, s: Setting) -> list[Guise]:
 
 
 def defect(e: Effect, s: Setting) -> list[Guise]:
-    """A bump anywhere on the travel, narrow to wide."""
+    """A bump anywhere on the travel, narrow to wide; what is wider than a quarter of the travel is no place."""
     metre = s.metre
     widest = min(0.2 * metre, 0.25 * s.travel)
     unknowns = (
         Unknown("amplitude", 0.1 * s.force, -2 * s.force, 2 * s.force),
         Unknown("centre", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=50.0),
-        Unknown("width", 0.02 * metre, 0.002 * metre, 0.2 * metre, log=True, spread=1.5),
+        Unknown("width", 0.02 * metre, 0.002 * metre, widest, log=True, spread=1.5),
     )
     widths = [w * metre for w in (0.006, 0.02, 0.06) if w * metre <= widest] or [0.006 * metre]
     rows = [

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from identify.mismatch.compare import Comparison, block_sums, block_z
-from identify.mismatch.conclusion import _may_be_stamps
+from identify.mismatch.conclusion import _lags_in_series, _may_be_absent
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import Step, agreed, best_of, cost, refusal
+from identify.mismatch.select import _of_its_own
 from identify.mismatch.ways import guises
 from plant.axis_file import read_axis
 from plant.effects import find
@@ -125,15 +126,85 @@ def test_a_drag_that_pushes_is_none_and_nothing_is_named_in_its_stead():
     assert step(-200.0, refused=against).misplaced
 
 
-def test_a_lag_whose_interval_reaches_zero_may_be_stamps_and_is_not_named():
+def test_a_lag_whose_interval_reaches_zero_may_be_absent_and_is_not_named():
     def late(name, low):
         key = {"dead_time": "delay"}.get(name, "time_constant")
         return FoundEffect(name, 0.5, {key: Quantity(4e-4, "s", (low, 1e-3))}, 3.0)
 
-    assert _may_be_stamps(late("dead_time", -2e-4))
-    assert _may_be_stamps(late("actuator_lag", 0.0))
-    assert not _may_be_stamps(late("dead_time", 1e-4))
-    assert not _may_be_stamps(late("thermal_drift", -1.0))
+    assert _may_be_absent(late("dead_time", -2e-4))
+    assert _may_be_absent(late("actuator_lag", 0.0))
+    assert not _may_be_absent(late("dead_time", 1e-4))
+    assert not _may_be_absent(late("thermal_drift", -1.0))
+
+
+def test_an_effect_whose_size_may_be_zero_is_not_named_wherever_it_is():
+    def defect(low, high):
+        size, centre = Quantity(3.0, "N", (low, high)), Quantity(0.0, "m", (-0.01, 0.01))
+        return FoundEffect("rail_defect", 0.5, {"amplitude": size, "centre": centre}, 3.0)
+
+    assert _may_be_absent(defect(-1.0, 7.0))
+    assert not _may_be_absent(defect(1.0, 5.0))
+
+
+def test_a_dead_time_shorter_than_the_lag_may_be_a_lag_of_higher_order():
+    def drive(lag, delay):
+        return [
+            FoundEffect("actuator_lag", 0.5, {"time_constant": Quantity(lag, "s", None)}, 3.0),
+            FoundEffect("dead_time", 0.5, {"delay": Quantity(delay, "s", None)}, 3.0),
+        ]
+
+    assert _lags_in_series(drive(0.028, 0.0116))  # two of 0.02 s: mean 0.04 s, variance 2 * 0.02^2
+    assert not _lags_in_series(drive(0.02, 0.02))
+    assert not _lags_in_series(drive(0.028, 0.0116)[:1])
+
+
+class Grown:
+    """As much of a fit as the question asks for whether an effect is one of its own."""
+
+    def __init__(self, gained, *names):
+        self.gained, self.x = gained, np.zeros(3)
+        self.problem = SimpleNamespace(guises=[SimpleNamespace(name=name) for name in names])
+
+    def terms(self):
+        return self.gained
+
+
+def test_a_second_name_does_not_only_mend_the_shape_of_the_first(monkeypatch):
+    near = np.arange(1000) < 200
+    monkeypatch.setattr("identify.mismatch.select.acting", lambda *_: near)
+    before = Grown(np.zeros(1000), "end_stop")
+
+    def second(gained, name="inertia_error", stiff=False, **weighed):
+        evidence = dataclasses.replace(Comparison(-300.0, 5.0, -200.0, 0.6, 0.6), **weighed)
+        step = Step(Grown(gained), SimpleNamespace(name=name, stiff=stiff), evidence, 1.0, None)
+        return _of_its_own(step, before, {"end_stop"}, 10_000.0).refused
+
+    elsewhere, there = np.where(near, 0.0, 1.0), np.where(near, 1.0, 0.05)
+    assert second(elsewhere) is None
+    assert second(elsewhere, z=2.6) is None  # uneven, but not where the stop acts
+    assert "end_stop differs" in second(there)
+    assert "end_stop differs" in second(elsewhere, name="torque_ripple")  # its twin
+    assert second(elsewhere, name="torque_ripple", unseen=0.04) is None
+    assert "end_stop differs" in second(elsewhere, name="transmission_compliance", stiff=True)
+
+
+def test_a_spring_that_does_not_swing_is_no_transmission_and_a_wide_bump_no_defect(tmp_path):
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+    setting = Setting(
+        axis, force=100.0, speed=0.3, travel=0.3, mass=axis.mechanics.moving_mass, lowest=0.0, highest=0.3, peak=200.0,
+        duration=20.0, sample_time=0.01, rests=0.0, spots=(), periods=(), free_offset=False,
+    )  # fmt: skip
+    belt = guises({"transmission_compliance": find("transmission_compliance")}, setting)[0]
+
+    def odd(damping):
+        return belt.oddity(
+            np.array([unknown.scaled(v) for unknown, v in zip(belt.unknowns, (2e4, damping), strict=True)])
+        )
+
+    assert odd(30.0) is None
+    assert "does not swing" in odd(900.0)
+    width = guises({"rail_defect": find("rail_defect")}, setting)[0].unknowns[2]
+    assert width.high == pytest.approx(0.25 * 0.3)
 
 
 def drag_on_a_machine(coefficient):

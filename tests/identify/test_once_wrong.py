@@ -86,3 +86,14 @@ def test_a_loop_logged_at_points_is_no_soft_transmission(answered):
 def test_a_break_away_that_no_run_predicts_in_time_may_still_be_named(answered):
     """Stiction that grows at rest: a few runs that break away too late decide the plain sum of squares."""
     assert [effect.name for effect in answered(9300, 120).effects] == ["dwell_time_stiction"]
+
+
+def test_a_second_name_that_nearly_all_unseen_data_ask_for_is_no_mending(answered):
+    """A stop with ten thousand of evidence hid an eccentric pulley with a tenth of that."""
+    names = {effect.name for effect in answered(1060000, 107).effects}
+    assert names == {"end_stop", "pulley_eccentricity"}
+
+
+def test_a_constant_force_that_has_appeared_since_commissioning_is_named(answered):
+    """The everyday baseline holds the same force, and predicts as well: a name gains nothing but the name."""
+    assert [effect.name for effect in answered(1060000, 158).effects] == ["force_offset"]
