@@ -29,7 +29,7 @@ from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, second_opinion, spread_of
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
-from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, TIED_BIC, Step, beyond, cost, price, tied
+from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, TIED_BIC, Step, beyond, cost, foretold, price, tied
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
@@ -180,7 +180,7 @@ class Conclusion:
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name."""
         offset = self.constant
-        if offset is None or _may_be_absent(offset.effect):
+        if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
             return False
         return self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
 
@@ -322,12 +322,22 @@ class Conclusion:
     @cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
-        return tuple(effect for effect in self._effects if not _may_be_absent(effect))
+        return tuple(effect for effect in self._effects if self._there(effect))
+
+    def _there(self, effect: FoundEffect) -> bool:
+        """Whether a chosen effect is known to be there: by the interval of its size, or by likelier unseen data.
+
+        A lag makes data likelier where the stamps of the two channels are apart, too.
+        """
+        if not _may_be_absent(effect):
+            return True
+        step = next(step for step in self.selection.steps if step.guise.name == effect.name)
+        return effect.name not in LATE and foretold(step.evidence)
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         """What is said of an effect in the model that is not among the `named` ones."""
         found = self._effects if named and self.selection.steps else ()
-        return tuple(_taken_into_account(effect) for effect in found if _may_be_absent(effect))
+        return tuple(_taken_into_account(effect) for effect in found if not self._there(effect))
 
     @cached_property
     def _effects(self) -> tuple[FoundEffect, ...]:
@@ -412,7 +422,7 @@ def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other:
 
 
 def _may_be_absent(effect: FoundEffect) -> bool:
-    """Whether the effect is not known to be there: the interval of its size reaches zero."""
+    """Whether the interval of the effect's size reaches zero."""
     sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
     intervals = [effect.parameters[name].ci95 for name in sizes if name in effect.parameters]
     return any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)

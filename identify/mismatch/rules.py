@@ -117,9 +117,14 @@ def agreed(evidence: Comparison) -> bool:
         return True
     if evidence.unseen < PROVEN and evidence.foreseen_z > Z_LEAST:
         return True
-    if evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z:
+    if foretold(evidence):
         return True
     return evidence.z >= Z_LEAST and evidence.steady < BIC_STRONG
+
+
+def foretold(evidence: Comparison) -> bool:
+    """True where unseen data, sample by sample, are clearly likelier, and agree on it."""
+    return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
 
 
 def at_edge(fitted: Fit, guise: Guise) -> bool:

@@ -9,7 +9,20 @@ from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import acting
 from identify.mismatch.progress import Stage, Tell, unheard
-from identify.mismatch.rules import BIC, CLEAN, LESSER, PROVEN, TIED_BIC, Step, Z, best_of, clock_shift, cost, price
+from identify.mismatch.rules import (
+    BIC,
+    CLEAN,
+    LESSER,
+    PROVEN,
+    TIED_BIC,
+    Z_STRONG,
+    Step,
+    Z,
+    best_of,
+    clock_shift,
+    cost,
+    price,
+)
 from identify.preprocess import Samples
 
 MOST_EFFECTS = 3
@@ -164,6 +177,8 @@ def _mends(step: Step, before: Fit, guise: Guise) -> bool:
     near = acting(before.problem, before.x, guise)
     if near is None or near.mean() > FEW:
         return step.evidence.z < Z
+    if step.evidence.z < Z_STRONG:
+        return True
     gained = step.fit.terms() - before.terms()
     return float(gained[near].sum()) > MENDS * float(gained.sum())
 
