@@ -16,7 +16,13 @@ from identify.uncertainty import Uncertainty
 
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
-READINGS = ("force_offset", "inertia_error", "torque_scale_error")  # a payload weighs; a wrong scale weighs the weight
+READINGS = (
+    "force_offset",
+    "inertia_error",
+    "torque_scale_error",
+    "load_dependent_friction",
+)  # a payload weighs, a wrong
+# scale weighs the weight, and under a weight friction that goes with the load is greater upwards than downwards
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +55,7 @@ def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: fl
     if value is None or taken & (SAME | ONE_SIDED):
         return None
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
-    found = {name: reading for name, reading in found.items() if not beyond(reading)}
+    found = {name: reading for name, reading in found.items() if not beyond(reading) and _sensible(reading, name)}
     if not found:
         return None
     least = min(price(reading) for reading in found.values())
@@ -81,10 +87,22 @@ def _known(fitted: Fit, spread: Uncertainty) -> float | None:
     return None if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value) else value
 
 
+def _sensible(reading: Fit, name: str) -> bool:
+    """Whether the size of what the constant force is read as can be one."""
+    guise = reading.problem.guise(name)
+    return guise.oddity(reading.x[reading.problem.slot(guise)]) is None
+
+
 def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
     """The model with the constant force `value` [N] read as `guise`."""
     mechanics = fitted.problem.axis.mechanics
-    size = {"force_offset": value, "inertia_error": value / mechanics.g}.get(guise.name, value / mechanics.weight)
+    per_unit = {
+        "force_offset": 1.0,
+        "inertia_error": mechanics.g,
+        "torque_scale_error": mechanics.weight,
+        "load_dependent_friction": fitted.dry_level,
+    }
+    size = value / per_unit[guise.name]
     starts = np.array([[guise.unknowns[0].scaled(sign * size)] for sign in (1.0, -1.0)])
     problem, x = extend(fitted, guise, np.clip(starts, *guise.bounds()))
     x[:, 4] = 0.0
