@@ -19,7 +19,7 @@ from identify.mismatch.compare import Fit, block_z, fit
 from identify.mismatch.coupled import CoupledProblem, coupled
 from identify.mismatch.data import join
 from identify.mismatch.guise import Guise
-from identify.mismatch.report_values import reported, spread_of
+from identify.mismatch.report_values import reported
 from identify.mismatch.result import Change
 from identify.mismatch.rules import BIC, Z_STRONG
 from identify.mismatch.score import spanned
@@ -151,7 +151,7 @@ def _needed(current: Fit, released: list[Shown]) -> tuple[Fit, list[Shown]]:
 def _change(final: Fit, one: Shown) -> Change:
     """Before, after, and the interval of the difference."""
     problem = _problem(final)
-    spread = spread_of(final)
+    spread = final.spread
     (old, new), unit = _values(problem, final.x, one)
     gradient = np.zeros((1, len(final.x)))
     for index in range(problem.p):

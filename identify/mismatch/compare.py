@@ -19,6 +19,7 @@ from identify.mismatch.guise import Guise
 from identify.observer import gain_table
 from identify.preprocess import Samples
 from identify.search import SearchResult, homotopy
+from identify.uncertainty import Uncertainty, uncertainty
 
 Floats = NDArray[np.float64]
 
@@ -58,6 +59,11 @@ class Fit:
     def latent_force(self) -> float:
         """Force the observer supplies where the model has none: rho sigma m_e. [N]."""
         return latent_force(self.problem, self.x, self.found.gain)
+
+    @cached_property
+    def spread(self) -> Uncertainty:
+        """Uncertainty of all unknowns."""
+        return uncertainty(self.problem, self.x, self.found.gain)
 
     def on(self, samples: Samples, first_state: Floats | None = None) -> Fit:
         """The same model and unknowns on other samples, from their measured starts or from a state each. (runs, 2)"""

@@ -26,21 +26,20 @@ from identify.mismatch.locate import COORDINATE, named_location
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
-from identify.mismatch.report_values import measured, quantities, second_opinion, spread_of
+from identify.mismatch.report_values import measured, quantities, second_opinion
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, TIED_BIC, Step, beyond, cost, foretold, price, tied
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
-from identify.uncertainty import Uncertainty
 from plant.axis import Axis
 from plant.effects import find
 from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
-MUCH, DIRTY = 0.4, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
+MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
@@ -82,11 +81,6 @@ class Conclusion:
     plain: Fit
 
     @cached_property
-    def spread(self) -> Uncertainty:
-        """Uncertainty of the chosen model's unknowns."""
-        return spread_of(self.selection.chosen)
-
-    @cached_property
     def final(self) -> Fit:
         """The chosen model after its last polish: what is reported of it."""
         return self._finished(self.selection.chosen)
@@ -103,7 +97,7 @@ class Conclusion:
         lacking = unexplained(chosen.problem, chosen.x, self.evidence.train)
         rest = 0.0 if lacking is None else float(np.sqrt(np.mean(lacking.lacking**2)))
         so_far = price(self.selection.baseline) - price(chosen)
-        return constant_force(chosen, self.ways, self.spread, rest, so_far)
+        return constant_force(chosen, self.ways, rest, so_far)
 
     @cached_property
     def left(self) -> list[Structure]:
@@ -325,14 +319,15 @@ class Conclusion:
         return tuple(effect for effect in self._effects if self._there(effect))
 
     def _there(self, effect: FoundEffect) -> bool:
-        """Whether a chosen effect is known to be there: by the interval of its size, or by likelier unseen data.
+        """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
 
         A lag makes data likelier where the stamps of the two channels are apart, too.
         """
         if not _may_be_absent(effect):
             return True
         step = next(step for step in self.selection.steps if step.guise.name == effect.name)
-        return effect.name not in LATE and foretold(step.evidence)
+        alone = len(self.selection.steps) == 1 and self._share(self.final) < PROVEN
+        return effect.name not in LATE and (foretold(step.evidence) or alone)
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         """What is said of an effect in the model that is not among the `named` ones."""

@@ -10,9 +10,8 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import LESSER, OFFSET_PRIOR, SAME, TIED_BIC, beyond, price
+from identify.mismatch.rules import LESSER, SAME, TIED_BIC, beyond, constant_of, price
 from identify.mismatch.score import extend
-from identify.uncertainty import Uncertainty
 
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
@@ -40,17 +39,16 @@ class Constant:
     names: tuple[str, ...]
 
 
-def constant_force(fitted: Fit, ways: list[Guise], spread: Uncertainty, rest: float, so_far: float) -> Constant | None:
+def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -> Constant | None:
     """The constant force of `fitted` as an effect, where it is beyond what the axis file allows.
 
     Args:
         fitted: the chosen model.
         ways: all guises.
-        spread: of its unknowns.
         rest: force that nothing explains, rms. [N]
         so_far: evidence for what is named already, whose shapes are known only so well. [1]
     """
-    value = _known(fitted, spread)
+    value = _known(fitted)
     taken = {guise.name for guise in fitted.problem.guises}
     if value is None or taken & (SAME | ONE_SIDED):
         return None
@@ -74,17 +72,10 @@ def _constant(guise: Guise) -> bool:
     return guise.name in READINGS
 
 
-def _known(fitted: Fit, spread: Uncertainty) -> float | None:
-    """The constant force [N], where gravity is known and it is known to be beyond its prior."""
-    problem = fitted.problem
-    if not problem.gravity_known:
-        return None
-    scale = problem.scales.force
-    unit = np.zeros((1, len(fitted.x)))
-    unit[0, 4] = scale
-    value, half = float(fitted.x[4] * scale), float(spread.half_widths(unit)[0])
-    allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or scale)
-    return None if abs(value) - half < allowed or half > OFFSET_KNOWN * abs(value) else value
+def _known(fitted: Fit) -> float | None:
+    """The constant force [N], where it is known well enough and to be beyond what the axis file allows; or None."""
+    value, half = constant_of(fitted)
+    return value if beyond(fitted) and half <= OFFSET_KNOWN * abs(value) else None
 
 
 def _sensible(reading: Fit, name: str) -> bool:

@@ -13,7 +13,6 @@ from identify.mismatch.compare import Fit, free_errors
 from identify.mismatch.data import Evidence
 from identify.mismatch.grids import Grid, grids_of
 from identify.mismatch.maps import BINS, Map, maps_of
-from identify.mismatch.report_values import spread_of
 from identify.mismatch.result import Quantity
 from identify.mismatch.rules import Step, tied
 from identify.mismatch.select import Selection
@@ -151,7 +150,7 @@ def pictures_of(
 
 def friction_of(fitted: Fit) -> dict[str, Quantity]:
     """Parameters of the friction law and the constant force of a fit, with 95 % intervals."""
-    problem, spread = fitted.problem, spread_of(fitted)
+    problem, spread = fitted.problem, fitted.spread
     half = spread.half_widths(np.eye(len(fitted.x)))
     found = {}
     for index, (name, unit, value, logarithmic, scale) in enumerate(problem.named(fitted.x)):

@@ -19,7 +19,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.result import Quantity
 from identify.polish import polish_all
 from identify.preprocess import Samples
-from identify.uncertainty import Uncertainty, uncertainty
+from identify.uncertainty import Uncertainty
 from identify.waves import NORMAL
 
 Floats = NDArray[np.float64]
@@ -28,11 +28,6 @@ DIFFERENCE = 1e-5  # of a scaled unknown
 ITERATIONS = 10
 LONGEST_REST = 3.0  # s, within which a moment is looked for that is as likely
 MOMENTS = 61
-
-
-def spread_of(fit: Fit) -> Uncertainty:
-    """Uncertainty of all unknowns of a fit."""
-    return uncertainty(fit.problem, fit.x, fit.found.gain)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +40,7 @@ class Measured:
 
 def measured(fit: Fit) -> Measured:
     """`fit` and how well it knows its unknowns."""
-    return Measured(fit, spread_of(fit))
+    return Measured(fit, fit.spread)
 
 
 def second_opinion(first: Fit, unseen: Samples) -> Measured:

@@ -146,7 +146,18 @@ def beyond(fitted: Fit) -> bool:
     if not problem.gravity_known or SAME & set(fitted.names):
         return False
     allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or problem.scales.force)
-    return bool(abs(float(fitted.x[4])) * problem.scales.force > allowed)
+    if abs(float(fitted.x[4])) * problem.scales.force <= allowed:
+        return False
+    value, half = constant_of(fitted)
+    return abs(value) - half > allowed
+
+
+def constant_of(fitted: Fit) -> tuple[float, float]:
+    """The constant force and the half-width of its interval. [N]"""
+    scale = fitted.problem.scales.force
+    unit = np.zeros((1, len(fitted.x)))
+    unit[0, 4] = scale
+    return float(fitted.x[4] * scale), float(fitted.spread.half_widths(unit)[0])
 
 
 def cost(fitted: Fit) -> float:

@@ -11,6 +11,7 @@ from identify.mismatch.inverse import acting
 from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import (
     BIC,
+    BIC_STRONG,
     CLEAN,
     LESSER,
     PROVEN,
@@ -21,6 +22,7 @@ from identify.mismatch.rules import (
     best_of,
     clock_shift,
     cost,
+    foretold,
     price,
 )
 from identify.preprocess import Samples
@@ -177,7 +179,7 @@ def _mends(step: Step, before: Fit, guise: Guise) -> bool:
     near = acting(before.problem, before.x, guise)
     if near is None or near.mean() > FEW:
         return step.evidence.z < Z
-    if step.evidence.z < Z_STRONG:
+    if step.evidence.z < Z_STRONG and not (foretold(step.evidence) and step.evidence.steady < BIC_STRONG):
         return True
     gained = step.fit.terms() - before.terms()
     return float(gained[near].sum()) > MENDS * float(gained.sum())

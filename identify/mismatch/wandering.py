@@ -11,6 +11,7 @@ from identify.mismatch.probes import View
 
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the named change's evidence: if another step has this much, friction wanders
+CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 ONCE = ("step_change", "thermal_drift")
 
@@ -33,7 +34,7 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
         moments = moments[np.abs(moments - _moment(fitted)) > NEAR * float(samples.t.max())]
     seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
     most = max(gain_of_one(view, one) for one in seen.T)
-    if most < MORE * evidence:
+    if most < max(MORE * evidence, CHANCE):
         return None
     return f"friction steps at other moments too (evidence {most:.0f} for one more)"
 

@@ -84,15 +84,18 @@ def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(mo
 
 
 def test_a_name_that_needs_a_constant_force_beside_it_costs_one_more_unknown():
-    def fitted(offset, names=()):
+    def fitted(offset, names=(), half=0.5):
         axis, scales = SimpleNamespace(drive=SimpleNamespace(rated_force=100.0)), SimpleNamespace(force=50.0)
         samples = SimpleNamespace(used=1000)
         problem = SimpleNamespace(gravity_known=True, axis=axis, scales=scales, p=6, samples=samples)
         x = np.array([0.4, 0.5, -1.6, 0.4, offset / scales.force])
-        return SimpleNamespace(problem=problem, names=names, x=x, found=SimpleNamespace(criterion=-500.0))
+        spread = SimpleNamespace(half_widths=lambda _: np.array([half]))
+        found = SimpleNamespace(criterion=-500.0)
+        return SimpleNamespace(problem=problem, names=names, x=x, found=found, spread=spread)
 
     assert cost(fitted(0.5)) == pytest.approx(-500.0 + 6 * np.log(1000))
     assert cost(fitted(-3.0)) == pytest.approx(-500.0 + 7 * np.log(1000))
+    assert cost(fitted(-3.0, half=2.5)) == pytest.approx(-500.0 + 6 * np.log(1000))
     assert cost(fitted(-3.0, ("coulomb_asymmetry",))) == pytest.approx(-500.0 + 6 * np.log(1000))
 
 
