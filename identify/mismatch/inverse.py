@@ -49,9 +49,9 @@ class Unexplained:
 
 
 def unexplained(
-    model: ExtendedProblem, x: Floats, samples: Samples, highest_cut: float = HIGHEST_CUT
+    model: ExtendedProblem, x: Floats, samples: Samples, highest_cut: float = HIGHEST_CUT, substeps: int = 2
 ) -> Unexplained | None:
-    """Run the inverse model with unknowns x (>= p,) over `samples`; None where there is none.
+    """Run the inverse model with unknowns x (>= p,) over `samples` in `substeps` at least; None where there is none.
 
     There is none for two masses measured at the motor.
 
@@ -82,7 +82,7 @@ def unexplained(
             samples.t[a:b],
             samples.steps[a:b],
             np.zeros(b - a, dtype=np.int64),
-            max(2, blocks.substeps(samples.sample_time)),
+            max(substeps, blocks.substeps(samples.sample_time)),
             out,
         )
         inner = slice(EDGE, b - a - EDGE)
@@ -95,12 +95,16 @@ def unexplained(
 
 
 def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats | None:
-    """Force that `guise` brings at unknowns x (size,), sample by sample [N]; None where there is no inverse."""
+    """Force that `guise` brings at unknowns x (size,), sample by sample [N]; None where there is no inverse.
+
+    Both models march in the same steps: where the axis leaves a rest, other steps are a force of newtons.
+    """
     slot = problem.slot(guise)
     without = problem.including(tuple(other for other in problem.guises if other is not guise))
     bare = np.concatenate([x[: slot.start], x[slot.stop : problem.p]])
+    asked = problem.blocks(x[None]).substeps(problem.samples.sample_time)
     here = unexplained(problem, x, problem.samples)
-    there = unexplained(without, bare, problem.samples)
+    there = unexplained(without, bare, problem.samples, substeps=max(2, asked))
     return None if here is None or there is None else here.lacking - there.lacking
 
 

@@ -97,3 +97,8 @@ def test_a_second_name_that_nearly_all_unseen_data_ask_for_is_no_mending(answere
 def test_a_constant_force_that_has_appeared_since_commissioning_is_named(answered):
     """The everyday baseline holds the same force, and predicts as well: a name gains nothing but the name."""
     assert [effect.name for effect in answered(1060000, 158).effects] == ["force_offset"]
+
+
+def test_a_ripple_of_a_tenth_of_a_newton_is_none_however_finely_it_is_marched(answered):
+    """The machine is complete. Finer steps, which the ripple asks for, alone looked like newtons at each break-away."""
+    assert answered(1080000, 115).effects == ()
