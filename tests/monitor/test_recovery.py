@@ -1,5 +1,7 @@
 """What is missing of an axis is asked of its publishers' caches, over Zenoh on loopback."""
 
+import threading
+
 from monitor import recovery_zenoh
 from monitor.inbox import Inbox
 from monitor.recovery_zenoh import Recovery
@@ -23,8 +25,7 @@ def drained(inbox):
     return messages
 
 
-def test_a_cache_is_fetched_whole_and_its_end_is_told(monkeypatch):
-    monkeypatch.setattr(recovery_zenoh, "AT_ONCE", 1)
+def test_a_cache_is_fetched_whole_and_its_end_is_told():
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     blocks = list(blocks_of("axis-1", 1, 0, START_NS, [0.5] * 500, [0.1] * 500))
     with (
@@ -39,7 +40,6 @@ def test_a_cache_is_fetched_whole_and_its_end_is_told(monkeypatch):
 
         def complete():
             assert recovery.fetch(KEY)
-            assert not recovery.fetch(KEY)  # one at a time, here
             return [one for one in drained(inbox) if not one.complete]
 
         messages = wait_for(complete, 20, "the cache to be known")
@@ -47,6 +47,20 @@ def test_a_cache_is_fetched_whole_and_its_end_is_told(monkeypatch):
         assert [decode_block(one.payload, one.encoding).seq for one in messages] == [0, 100, 200, 300, 400]
         assert recovery.fetch(keys.samples_key("s", "axis-2"))
         assert drained(inbox)[-1].complete  # nobody has it
+
+
+def test_no_more_caches_are_asked_at_once_than_allowed(monkeypatch):
+    monkeypatch.setattr(recovery_zenoh, "AT_ONCE", 1)
+    endpoint, answer = f"tcp/127.0.0.1:{free_port()}", threading.Event()
+    with open_session("peer", listen=[endpoint]) as daemon, open_session("client", connect=[endpoint]) as machine:
+        slow = machine.declare_queryable(f"{KEY}/@adv/**", lambda _: answer.wait(10.0))
+        inbox = Inbox(100)
+        recovery = Recovery(daemon, inbox)
+        # until the slow cache is known, a fetch ends at once and the next one may begin
+        wait_for(lambda: recovery.fetch(KEY) and not recovery.fetch(KEY), 20, "a fetch to be under way")
+        answer.set()
+        wait_for(lambda: recovery.fetch(KEY), 20, "the fetch to end")
+        slow.undeclare()
 
 
 def test_a_session_that_is_closed_ends_the_fetch_at_once():
