@@ -15,13 +15,9 @@ from identify.mismatch.score import extend
 
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
-READINGS = (
-    "force_offset",
-    "inertia_error",
-    "torque_scale_error",
-    "load_dependent_friction",
-)  # a payload weighs, a wrong
-# scale weighs the weight, and under a weight friction that goes with the load is greater upwards than downwards
+# a payload weighs, a wrong scale weighs the weight, and under a weight friction that goes with the load is greater
+# upwards than downwards
+READINGS = ("force_offset", "inertia_error", "torque_scale_error", "load_dependent_friction")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,8 +70,10 @@ def _constant(guise: Guise) -> bool:
 
 def _known(fitted: Fit) -> float | None:
     """The constant force [N], where it is known well enough and to be beyond what the axis file allows; or None."""
+    if not beyond(fitted):
+        return None
     value, half = constant_of(fitted)
-    return value if beyond(fitted) and half <= OFFSET_KNOWN * abs(value) else None
+    return value if half <= OFFSET_KNOWN * abs(value) else None
 
 
 def _sensible(reading: Fit, name: str) -> bool:

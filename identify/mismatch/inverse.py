@@ -94,8 +94,8 @@ def unexplained(
     return Unexplained(np.concatenate(index), np.concatenate(force), np.concatenate(lacking))
 
 
-def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats | None:
-    """Force that `guise` brings at unknowns x (size,), sample by sample [N]; None where there is no inverse.
+def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[Ints, Floats] | None:
+    """Samples (k,), and the force that `guise` brings there at unknowns x (size,) [N] (k,); None without an inverse.
 
     Both models march in the same steps: where the axis leaves a rest, other steps are a force of newtons.
     """
@@ -105,20 +105,20 @@ def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> Floats |
     asked = problem.blocks(x[None]).substeps(problem.samples.sample_time)
     here = unexplained(problem, x, problem.samples)
     there = unexplained(without, bare, problem.samples, substeps=max(2, asked))
-    return None if here is None or there is None else here.lacking - there.lacking
+    return None if here is None or there is None else (here.index, here.lacking - there.lacking)
 
 
 def acting(problem: ExtendedProblem, x: Floats, guise: Guise) -> Bools | None:
     """Samples at which `guise` brings much of its largest force, or just did. (n,); None where there is no inverse."""
-    series = effect_series(problem, x, guise)
-    whole = unexplained(problem, x, problem.samples)
-    if series is None or whole is None:
+    found = effect_series(problem, x, guise)
+    if found is None:
         return None
-    found = np.zeros(len(problem.samples), dtype=np.bool_)
+    index, force = found
+    near = np.zeros(len(problem.samples), dtype=np.bool_)
     for late in range(LASTS):
-        at = whole.index[np.abs(series) > MUCH * float(np.abs(series).max())] + late
-        found[at[at < len(found)]] = True
-    return found
+        at = index[np.abs(force) > MUCH * float(np.abs(force).max())] + late
+        near[at[at < len(near)]] = True
+    return near
 
 
 def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[float, float]:
@@ -128,9 +128,9 @@ def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[flo
         Its rms over the motion, and its rms where it acts: weighted by its own square, so that a place or an event
         counts in full.
     """
-    series = effect_series(problem, x, guise)
-    if series is None:
+    found = effect_series(problem, x, guise)
+    if found is None:
         return float("inf"), float("inf")
-    square = series**2
+    square = found[1] ** 2
     acting = float(np.sqrt(np.sum(square**2) / max(float(np.sum(square)), 1e-300)))
     return float(np.sqrt(np.mean(square))), acting

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from identify.mismatch.compare import Fit, compare, fit, trimmed
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
-from identify.mismatch.inverse import acting
+from identify.mismatch.inverse import Bools, acting
 from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import (
     BIC,
@@ -26,6 +28,8 @@ from identify.mismatch.rules import (
     price,
 )
 from identify.preprocess import Samples
+
+Near = Callable[[Guise], Bools | None]
 
 MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
@@ -140,7 +144,8 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
             selection.chosen, selection.shift = shift.fit, True
             continue
         so_far = price(selection.baseline) - price(current)
-        steps = [_of_its_own(step, current, taken, so_far) for step in steps]
+        near = functools.cache(functools.partial(acting, current.problem, current.x))
+        steps = [_of_its_own(step, current, near, taken, so_far) for step in steps]
         best = best_of(steps)
         if best is None and looks <= MOST_LOOKS and price(before) - price(current) > TIED_BIC:
             continue  # what is left looks different from a fit so much better
@@ -157,8 +162,8 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
     return selection
 
 
-def _of_its_own(step: Step, before: Fit, taken: set[str], so_far: float) -> Step:
-    """The step, refused where it only mends the shape of an effect that is `taken` already.
+def _of_its_own(step: Step, before: Fit, near: Near, taken: set[str], so_far: float) -> Step:
+    """The step on top of `before`, refused where it only mends the shape of an effect that is `taken` already.
 
     What mends a shape is a twin of the effect, has its evidence where the effect acts, if that is in few places, or has
     a state of its own that nobody sees: a little spring mends anything.
@@ -166,7 +171,7 @@ def _of_its_own(step: Step, before: Fit, taken: set[str], so_far: float) -> Step
     if step.refused is not None or not taken:
         return step
     kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
-    local = [guise.name for guise in before.problem.guises if little and _mends(step, before, guise)]
+    local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
     faint = step.evidence.z < Z or step.evidence.unseen > (PROVEN if little else APART)
     if not local and not (kin and faint) and not (little and step.guise.stiff):
         return step
@@ -174,9 +179,8 @@ def _of_its_own(step: Step, before: Fit, taken: set[str], so_far: float) -> Step
     return replace(step, refused=f"it may stand in for how {whose} differs from the catalogue's")
 
 
-def _mends(step: Step, before: Fit, guise: Guise) -> bool:
-    """Whether the step's evidence comes from where `guise`, which acts in few places, acts."""
-    near = acting(before.problem, before.x, guise)
+def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
+    """Whether the step's evidence comes from where an effect acts, `near` (n,), if that is in few places."""
     if near is None or near.mean() > FEW:
         return step.evidence.z < Z
     if step.evidence.z < Z_STRONG and not (foretold(step.evidence) and step.evidence.steady < BIC_STRONG):

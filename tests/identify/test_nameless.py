@@ -172,15 +172,14 @@ class Grown:
         return self.gained
 
 
-def test_a_second_name_does_not_only_mend_the_shape_of_the_first(monkeypatch):
+def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     near = np.arange(1000) < 200
-    monkeypatch.setattr("identify.mismatch.select.acting", lambda *_: near)
     before = Grown(np.zeros(1000), "end_stop")
 
     def second(gained, name="inertia_error", stiff=False, **weighed):
         evidence = dataclasses.replace(Comparison(-300.0, 5.0, -200.0, 0.6, 0.6), **weighed)
         step = Step(Grown(gained), SimpleNamespace(name=name, stiff=stiff), evidence, 1.0, None)
-        return _of_its_own(step, before, {"end_stop"}, 10_000.0).refused
+        return _of_its_own(step, before, lambda _: near, {"end_stop"}, 10_000.0).refused
 
     elsewhere, there = np.where(near, 0.0, 1.0), np.where(near, 1.0, 0.05)
     assert second(elsewhere) is None
