@@ -76,7 +76,8 @@ def predict_machine(
         position: measured. [m] (n,)
         t: time since the start of the recording. [s] (n,)
         steps: time to the next sample; not used at the end of a run. [s] (n,)
-        run: index of the run a sample belongs to, ascending. (n,)
+        run: index of the run a sample belongs to, ascending. A run that the last one leads to, the step between them
+            known, keeps what effects and bristles remember; a transmission is where its force says. (n,)
         valid: False where the position must not be used: the error is 0 and corrects nothing. (n,)
         substeps: sub-steps per sample, >= 1.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
@@ -96,7 +97,12 @@ def predict_machine(
     for k in range(n):
         if run[k] != current:
             current = run[k]
-            b[:] = block
+            remembers = k > 0 and steps[k - 1] > 0.0
+            if remembers:
+                load(b, drive, k - 1)
+                advance_sample(b, laws, structure, t[k - 1], steps[k - 1], substeps)
+            else:
+                b[:] = block
             for j in range(LANES):
                 b[observed + j] = start[2 * current, j]
                 b[SPEED + j] = start[2 * current + 1, j]
@@ -106,7 +112,7 @@ def predict_machine(
                 stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
                 b[hidden + j] = start[2 * current, j] + side * stretch
                 d[j] = 0.0
-                if bristles:
+                if bristles and not remembers:
                     b[BRISTLE + j] = _settled(b, j, carried)
         measured = position[k]
         for j in range(LANES):

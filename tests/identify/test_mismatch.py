@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identify.criterion import FREE, restarted, short_run_criterion
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
@@ -97,6 +98,36 @@ def test_the_force_of_an_effect_is_in_newtons(quiet):
     drag = guise.values(np.array([[0.1]]))[0, 0]
     speed = np.gradient(problem.samples.position, problem.samples.t)
     assert effect_force(more, y, guise)[0] == pytest.approx(np.sqrt(np.mean((drag * speed**2) ** 2)), rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("actuator_lag", {"time_constant": 0.05}),
+        ("presliding_hysteresis", {"bristle_stiffness": 3e4, "bristle_damping": 1e3}),
+    ],
+)
+def test_a_free_run_that_goes_on_remembers_what_was_under_way(quiet, name, values):
+    """Where a perfect model is restarted every second, only the noise of its restarts is left."""
+    _, samples, problem, x = quiet
+    guise = next(guise for guise in ways(problem, x) if guise.name == name)
+    more = problem.including((guise,)).marched(40)
+    y = np.zeros(more.size)
+    y[: problem.base] = x[: problem.base]
+    y[more.slot(guise)] = [unknown.scaled(values[unknown.parameter]) for unknown in guise.unknowns]
+    moved = samples.position - more.errors(y[None], FREE)[:, 0]
+    perfect = dataclasses.replace(samples, position=moved)
+    left = short_run_criterion(more.on(perfect), y)
+    assert left < 1e-5
+    forgetful = dataclasses.replace(perfect, steps=_ended(restarted(perfect)[0]))
+    assert short_run_criterion(more.on(forgetful), y) > 100.0 * left
+
+
+def _ended(cut):
+    """Steps of samples whose runs do not lead to each other."""
+    steps = cut.steps.copy()
+    steps[np.flatnonzero(np.diff(cut.run))] = 0.0
+    return steps
 
 
 def test_coordinates_say_when_and_where_the_direction_last_changed():
