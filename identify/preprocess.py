@@ -41,6 +41,7 @@ class Samples:
         valid: False where the position is an outlier or frozen: marched over, not compared. (n,)
         sample_time: nominal period after averaging. [s]
         linear: True when the force runs straight between samples, False when it is held.
+        mean: True where a held force is the mean over its sample: it runs through the sample as its neighbours say.
         mended_force: whether spikes of the force were replaced.
         removed: what each step took away or changed, in words.
     """
@@ -53,12 +54,25 @@ class Samples:
     valid: Bools
     sample_time: float
     linear: bool
+    mean: bool = False
     mended_force: bool = False
     removed: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         """Count the samples."""
         return len(self.t)
+
+    @cached_property
+    def ends(self) -> tuple[Floats, Floats]:
+        """Drive force just after each sample and just before the next. [N] (n,) each"""
+        force = self.force
+        if self.linear:
+            return force, np.append(force[1:], force[-1])
+        if not self.mean:
+            return force, force
+        rise = np.zeros_like(force)
+        rise[1:-1] = np.where(self.run[2:] == self.run[:-2], 0.25 * (force[2:] - force[:-2]), 0.0)
+        return force - rise, force + rise
 
     @cached_property
     def used(self) -> int:
@@ -159,7 +173,8 @@ def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> S
     if not pieces:
         return _empty(period * ratio)
     joined = _joined(pieces, recording.t[0], ratio > 1 or not held)
-    return dataclasses.replace(joined, mended_force=mender.mended_force, removed=tuple(removed))
+    mean = recording.hold is TorqueHold.MEAN and not joined.linear
+    return dataclasses.replace(joined, mean=mean, mended_force=mender.mended_force, removed=tuple(removed))
 
 
 def _joined(pieces: list[Piece], zero: float, linear: bool) -> Samples:

@@ -220,7 +220,7 @@ class FrictionProblem:
             error = self._buffers[padded] = np.empty((len(self.samples), padded))
         s = self.samples
         law, start = self.law(x), self.start(x)
-        predict(s.force, s.position, s.steps, s.run, s.valid, self.substeps, s.linear, law, start, gains, error)
+        predict(*s.ends, s.position, s.steps, s.run, s.valid, self.substeps, law, start, gains, error)
         return error[:, :m]
 
     def losses(self, x: Floats, gain: Floats) -> Floats:

@@ -24,12 +24,12 @@ WIDTH = 16  # candidates marched together: two vectors hide each other's latency
 @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
 def predict(
     force: Floats,
+    after: Floats,
     position: Floats,
     steps: Floats,
     run: Ints,
     valid: Bools,
     substeps: int,
-    linear: bool,
     law: Floats,
     start: Floats,
     gain: Floats,
@@ -38,14 +38,14 @@ def predict(
     """Fill the one-step prediction errors of m candidates, a multiple of `WIDTH`, over n samples in one or more runs.
 
     Args:
-        force: drive force at the belt. [N] (n,)
+        force: drive force at the belt, just after each sample. [N] (n,)
+        after: the same just before the next sample; straight in between. [N] (n,)
         position: measured. [m] (n,)
         steps: time to the next sample; not used where the next sample begins another run. [s] (n,)
         run: index of the run a sample belongs to, ascending; the state restarts where it changes. (n,)
         valid: False where the position must not be used: the model runs on, its state is not corrected, and the
             error counts as 0. (n,)
         substeps: sub-steps per sample, >= 1.
-        linear: True when the force runs straight between samples, False when it is held.
         law: rows F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)
         start: rows y, v of run 0, y, v of run 1, ... at the runs' first samples. (2 runs, m)
         gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, m)
@@ -79,7 +79,7 @@ def predict(
             if k + 1 < n and run[k + 1] == current:
                 h = steps[k] / substeps
                 half, inverse_h = 0.5 * h, 1.0 / h
-                slope = (force[k + 1] - force[k]) / substeps if linear else 0.0
+                slope = (after[k] - force[k]) / substeps
                 for i in range(substeps):
                     middle = force[k] + (i + 0.5) * slope
                     for j in range(WIDTH):

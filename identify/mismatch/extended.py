@@ -198,9 +198,7 @@ class ExtendedProblem(FrictionProblem):
 
     def _drive_force(self) -> Floats:
         """Drive force just after each sample and just before the next. [N] (n, 2, 1)"""
-        force = self.samples.force
-        after = np.append(force[1:], force[-1]) if self.samples.linear else force
-        return np.ascontiguousarray(np.stack([force, after], axis=1)[:, :, None])
+        return np.ascontiguousarray(np.stack(self.samples.ends, axis=1)[:, :, None])
 
     def drive(self, delay: Floats) -> Floats:
         """Drive force for the dead time of each lane [s], exactly. [N] (n, 2, 1) or (n, 5, lanes) where it is late."""

@@ -169,6 +169,16 @@ def test_fast_recordings_are_averaged_and_stay_right():
     holds_truth(case, result)
 
 
+def test_a_mean_force_runs_through_its_sample_as_its_neighbours_say():
+    ramp = dataclasses.replace(CASE.recording, force=30.0 * CASE.recording.t, hold=TorqueHold.MEAN)
+    samples = prepare(ramp, CASE.axis)
+    start, end = samples.ends
+    assert 0.5 * (start + end) == pytest.approx(samples.force)
+    assert (end - start)[1:-1] == pytest.approx(30.0 * samples.sample_time)
+    held = prepare(dataclasses.replace(ramp, hold=TorqueHold.HOLD), CASE.axis)
+    assert all(np.array_equal(end, held.force) for end in held.ends)
+
+
 def test_a_wrong_nominal_sample_time_is_said_and_not_used():
     result = identify_friction(dataclasses.replace(CASE.recording, sample_time=0.02), CASE.axis)
     assert "nominal sample time 0.02 s not used" in result.preprocessing[0]
