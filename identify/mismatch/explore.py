@@ -29,7 +29,8 @@ WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 LITTLE = 0.03  # of the evidence of an effect that has earned its name: what shows less is not fitted beside it
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
-IMITATED = {"quadratic_drag"}  # friction's own curve imitates it so well that no slope tells: refitted every time
+# friction's own curve imitates the one so well, and the other acts so seldom, that no slope tells: always refitted
+IMITATED = {"quadratic_drag", "dwell_time_stiction"}
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
@@ -103,7 +104,8 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
     known = {name for name, _ in found}
     for guise in guises:
         if guise.name in IMITATED and guise.name not in known:
-            found[guise.name, guise.fixed] = Candidate(guise, list(guise.scaled_starts()), [current.found.gain])
+            starts = list(guise.scaled_starts())
+            found[guise.name, guise.fixed] = Candidate(guise, starts, [current.found.gain] * len(starts))
     return list(found.values())
 
 

@@ -22,6 +22,7 @@ from plant.effects.effect import Effect
 Floats = NDArray[np.float64]
 
 
+STRONG = 100.0  # N: forces of the machines that the catalogue's stiffnesses are for
 PLACE = 30.0  # spread of the prior of an unknown that says where an effect is
 MOST_PERIODS = 36.5  # of a ripple in one turn
 OFF_WHOLE = 0.003  # relative: how well the radius that makes a turn is known
@@ -71,8 +72,9 @@ class Setting:
 
     @property
     def spring(self) -> float:
-        """1 N/m on a linear axis; on a rotary one what is as stiff to its forces. [N·m/rad]."""
-        return self.force / 100.0 / self.metre if self.axis.is_rotary else 1.0
+        """1 N/m on a linear axis; on a rotary or a weak one what is as stiff to its forces. [N/m or N·m/rad]."""
+        share = self.force / STRONG
+        return share / self.metre if self.axis.is_rotary else min(share, 1.0)
 
     @property
     def middle(self) -> float:

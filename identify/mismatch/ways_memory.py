@@ -9,12 +9,14 @@ import numpy as np
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
+LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 
 
 def bristles(e: Effect, s: Setting) -> list[Guise]:
-    """Soft to hard, damped near critically."""
-    soft, unit, hard = max(1e3 * s.spring, s.force / (0.25 * s.travel)), 1e5 * s.spring, 1e7 * s.spring
+    """Soft to hard, damped near critically; on harder ones the mass swings faster than half the sample rate."""
+    soft, unit = max(1e3 * s.spring, s.force / (0.25 * s.travel)), 1e5 * s.spring
+    hard = min(1e7 * s.spring, _stiffest(s, s.mass))
     damping = max(0.6 * math.sqrt(unit * s.mass), 1e-9)
     unknowns = (
         Unknown("bristle_stiffness", unit, soft, hard, log=True),
@@ -38,13 +40,21 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
     if not _two_masses(s):
         return []
     motor, load = s.mass - s.axis.mechanics.M, s.axis.mechanics.M
-    stiffest = min(1e6, (math.pi / s.sample_time) ** 2 * motor * load / s.mass)
+    swings = motor * load / s.mass
+    light = min(1.0, swings / LIGHT)
+    stiffest = min(1e6, _stiffest(s, swings))
     unknowns = (
-        Unknown("stiffness", 3e4, 1e3, stiffest, log=True),
-        Unknown("damping", 30.0, 0.3, 1e4, log=True, spread=2.0),
+        Unknown("stiffness", 3e4 * light, 1e3 * light, stiffest, log=True),
+        Unknown("damping", 30.0 * light, 0.3 * light, 1e4, log=True, spread=2.0),
     )
-    rows = [(k, d) for k, d in ((1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0)) if k < stiffest]
-    return [Guise(e, unknowns, np.array(rows), stiff=True, swings=motor * load / s.mass)] if rows else []
+    ways = ((1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
+    rows = [(light * k, light * d) for k, d in ways if light * k < stiffest]
+    return [Guise(e, unknowns, np.array(rows), stiff=True, swings=swings)] if rows else []
+
+
+def _stiffest(s: Setting, mass: float) -> float:
+    """Spring on which `mass` [kg] swings at half the sample rate. [N/m]."""
+    return (math.pi / s.sample_time) ** 2 * mass
 
 
 def _two_masses(s: Setting) -> bool:
@@ -60,8 +70,9 @@ def dwell(e: Effect, s: Setting) -> list[Guise]:
     unknowns = (
         Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
         Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
+        Unknown("slip", 5e-4 * s.metre, 1e-4 * s.metre, 2e-3 * s.metre, log=True, spread=0.7),
     )
-    return [Guise(e, unknowns, grid([0.05 * s.force], [0.1, 0.5, 3.0]))]
+    return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [5e-4 * s.metre]))]
 
 
 def thermal(e: Effect, s: Setting) -> list[Guise]:
