@@ -29,6 +29,8 @@ FINER = 21  # numbers of waves around the best, for unseen data may reach furthe
 SURE = 2.5  # times the usual evidence: what is white noise to a force is not to a sensor
 STARTING = 5  # samples of a run whose errors are those of its start
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
+ASIDE = 0.2  # s: another moment
+ONCE = 1.0 / 3.0  # of its evidence: a jump that another moment has as much of is how the axis breaks away
 
 
 def encoder_error(here: View, there: View) -> Structure | None:
@@ -77,20 +79,27 @@ def _shifted(view: View, shifts: Floats) -> Floats:
 
 
 def slip(view: View) -> Structure | None:
-    """A jump of the sensor's zero: the largest prediction error, if a jump of the position takes it away."""
+    """A jump of the sensor's zero: the largest prediction error, if a jump of the position takes it away, once."""
     samples = view.fit.problem.samples
-    best = (0.0, 0)
     since = np.arange(len(samples)) - samples.first[samples.run]
-    for k in np.argsort(-np.abs(np.where(since < STARTING, 0.0, view.error)))[:SLIPS].tolist():
-        after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
-        change = _shifted(view, after.astype(np.float64)[:, None])
-        best = max(best, (gain_of_one(view, change[:, 0]), k))
-    evidence = likelier(view, best[0]) - 2.0 * float(np.log(len(samples)))
+    order = np.argsort(-np.abs(np.where(since < STARTING, 0.0, view.error)))
+    gain, at = max((_jump(view, k), k) for k in order[:SLIPS].tolist())
+    evidence = likelier(view, gain) - 2.0 * float(np.log(len(samples)))
     if evidence < EVIDENCE:
         return None
-    when = float(samples.t[best[1]])
+    when = float(samples.t[at])
+    elsewhere = order[np.abs(samples.t[order] - when) > ASIDE][:SLIPS].tolist()
+    if any(_jump(view, k) > ONCE * gain for k in elsewhere):
+        return None
     width = 2.0 * samples.sample_time
     return Structure("time", (when - width, when + width), evidence, float(np.sqrt(evidence)), 0.0)
+
+
+def _jump(view: View, k: int) -> float:
+    """What a jump of the position from sample k to the end of its run gains."""
+    samples = view.fit.problem.samples
+    after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
+    return gain_of_one(view, _shifted(view, after.astype(np.float64)[:, None])[:, 0])
 
 
 def zero_jumps(samples: Samples) -> list[Structure]:

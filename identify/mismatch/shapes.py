@@ -39,7 +39,7 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
     one = np.ones((1, 1)), np.ones((1, 1))
     both, odd, even = (one, signs), (signs,), (one,)
     plans = {
-        "position": (FINEST, False, both), "velocity": (COARSE, False, even), "acceleration": (COARSE, True, even),
+        "position": (FINEST, False, both), "velocity": (COARSE, False, both), "acceleration": (COARSE, True, even),
         "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
         "time_since_reversal": (COARSE, True, odd), "distance_since_reversal": (COARSE, True, odd),
     }  # fmt: skip
