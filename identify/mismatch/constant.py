@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,10 +45,11 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
         rest: force that nothing explains, rms. [N]
         so_far: evidence for what is named already, whose shapes are known only so well. [1]
     """
-    value = _known(fitted)
+    known = _known(fitted)
     taken = {guise.name for guise in fitted.problem.guises}
-    if value is None or taken & (SAME | ONE_SIDED):
+    if known is None or taken & (SAME | ONE_SIDED):
         return None
+    value, half = known
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
     found = {name: reading for name, reading in found.items() if not beyond(reading) and _sensible(reading, name)}
     if not found:
@@ -58,7 +60,10 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     best = found[names[0]]
     guise = next(guise for guise in best.problem.guises if guise.name == names[0])
     share = value**2 / (value**2 + rest**2)
-    return Constant(best, FoundEffect(guise.name, share, quantities(measured(best), guise), abs(value)), names)
+    sizes = quantities(measured(best), guise)
+    if guise.name == "force_offset":  # all of it, not only what is beyond the axis file
+        sizes["force"] = dataclasses.replace(sizes["force"], value=value, ci95=(value - half, value + half))
+    return Constant(best, FoundEffect(guise.name, share, sizes, abs(value)), names)
 
 
 def _constant(guise: Guise) -> bool:
@@ -68,12 +73,12 @@ def _constant(guise: Guise) -> bool:
     return guise.name in READINGS
 
 
-def _known(fitted: Fit) -> float | None:
-    """The constant force [N], where it is known well enough and to be beyond what the axis file allows; or None."""
+def _known(fitted: Fit) -> tuple[float, float] | None:
+    """The constant force and its half-width [N], where it is known well and to be beyond what the axis file allows."""
     if not beyond(fitted):
         return None
     value, half = constant_of(fitted)
-    return value if half <= OFFSET_KNOWN * abs(value) else None
+    return (value, half) if half <= OFFSET_KNOWN * abs(value) else None
 
 
 def _sensible(reading: Fit, name: str) -> bool:
