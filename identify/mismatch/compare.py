@@ -118,6 +118,7 @@ class Comparison:
             them. [1]
         foreseen_z: mean over standard error of that per block. [1]
         support: the same per unseen sample over the evidence per fitted one. [1]
+        again: evidence of unseen data without the most favourable blocks. [1]
     """
 
     bic: float
@@ -128,6 +129,7 @@ class Comparison:
     foreseen: float = 0.0
     foreseen_z: float = 0.0
     support: float = 1.0
+    again: float = 0.0
 
 
 def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
@@ -136,13 +138,19 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     extra = richer.problem.p - poorer.problem.p
     price = extra * float(np.log(richer.problem.samples.used))
     sums = block_sums(gained)
-    steady = price - 2.0 * float(np.sort(sums)[: BLOCKS - FAVOURABLE].sum())
+    steady = price - 2.0 * _without_best(sums)
     runs = free_run_ratio(poorer, richer), free_run_ratio(poorer, richer, unseen)
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
     bic, more = price - 2.0 * float(sums.sum()), 2.0 * float(foreseen.sum())
     support = more / len(unseen) * len(gained) / max(-bic, 1.0)
-    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support)
+    again = 2.0 * _without_best(block_sums(foreseen))
+    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again)
+
+
+def _without_best(sums: Floats) -> float:
+    """All of `sums` (BLOCKS,) but the most favourable."""
+    return float(np.sort(sums)[: BLOCKS - FAVOURABLE].sum())
 
 
 def _likelihood(fitted: Fit, samples: Samples, gains: Floats) -> Floats:

@@ -13,7 +13,7 @@ from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
-from identify.mismatch.compare import Fit, free_run_ratio
+from identify.mismatch.compare import Fit, compare, free_run_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
@@ -41,10 +41,11 @@ REST = 0.0135  # of the dry friction: latent force beside a name, just above tha
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
-# of it for an event in time, which may come on top of anything
+# of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-CLEARLY = 0.7  # of the same past the worst runs
+CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was
+STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 SIZE = 0.01  # relative: no size is better known, whatever the noise: masses, torque constants and shapes are not
 SCALE = 0.001  # relative: no period is better known: radii are not
@@ -56,6 +57,7 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
 ORDERS = 3  # lags in series that a drive may have
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
+CONFIRMED = 0.25  # of the same: names that leave no more stand where unseen data, sample by sample, agree on them
 STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -123,7 +125,8 @@ class Conclusion:
             return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
         past = free_run_ratio(self.plain, final, self.evidence.held_out)
-        return self._share(final) < WORTH or past < enough
+        still = self.selection.chosen.latent_force > STILL * self.selection.baseline.latent_force
+        return self._share(final) < (CLEARLY if still else WORTH) or past < enough
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
@@ -135,7 +138,7 @@ class Conclusion:
         baseline, chosen = self.selection.baseline, self.selection.chosen
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
-        if share > PROVEN:
+        if share > CONFIRMED or (share > PROVEN and not foretold(compare(baseline, chosen, self.evidence.held_out))):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
             if after > rest and after > KEPT * before:
                 return False
@@ -144,7 +147,9 @@ class Conclusion:
         if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
-        return all(s.evidence < (1.0 if s.coordinate == "time" else LEFT) * explained for s in self.left)
+        beside = {COORDINATE[name] for name in chosen.names if name in COORDINATE} if share < PROVEN else set()
+        beside.add("time")
+        return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
 
     @property
     def _odder(self) -> bool:
@@ -321,8 +326,12 @@ class Conclusion:
     def _there(self, effect: FoundEffect) -> bool:
         """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
 
-        A lag makes data likelier where the stamps of the two channels are apart, too.
+        A lag makes data likelier where the stamps of the two channels are apart, too. What was large enough to be named
+        while another effect was missing may not be once that is found.
         """
+        guise = self.final.problem.guise(effect.name)
+        if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None:
+            return False
         if not _may_be_absent(effect):
             return True
         step = next(step for step in self.selection.steps if step.guise.name == effect.name)

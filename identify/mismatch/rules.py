@@ -110,8 +110,9 @@ def _hidden_state(guise: Guise, evidence: Comparison) -> bool:
 def agreed(evidence: Comparison) -> bool:
     """True where the blocks of the recording agree.
 
-    An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks, or
-    where unseen data are so much likelier, or predicted so much better, that nothing else needs to agree.
+    An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks (of
+    the unseen data too, where it is very uneven), or where unseen data are so much likelier, or predicted so much
+    better, that nothing else needs to agree.
     """
     if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z):
         return True
@@ -119,7 +120,7 @@ def agreed(evidence: Comparison) -> bool:
         return True
     if foretold(evidence):
         return True
-    return evidence.z >= Z_LEAST and evidence.steady < BIC_STRONG
+    return evidence.steady < BIC_STRONG and (evidence.z >= Z_LEAST or evidence.again > FORESEEN)
 
 
 def foretold(evidence: Comparison) -> bool:

@@ -15,17 +15,20 @@ from identify.mismatch.rules import (
     BIC,
     BIC_STRONG,
     CLEAN,
+    FORESEEN,
     LESSER,
     PROVEN,
     TIED_BIC,
     Z_STRONG,
     Step,
     Z,
+    agreed,
     best_of,
     clock_shift,
     cost,
     foretold,
     price,
+    refusal,
 )
 from identify.preprocess import Samples
 
@@ -115,18 +118,26 @@ def _other_openings(first: Selection) -> list[Selection]:
 def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
     """Two names that together are likelier than what kept every single one from being given; or `first`.
 
-    What is refused for being odd may be two effects that the search took for one.
+    What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
+    may predict well beside another.
     """
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
     fair: dict[str, Step] = {}
-    for step in sorted((step for step in first.opening if step.refused is None), key=lambda step: cost(step.fit)):
+    for step in sorted((step for step in first.opening if _hopeful(step)), key=lambda step: cost(step.fit)):
         fair.setdefault(step.guise.name, step)
     for step in list(fair.values())[:DETOURS]:
         begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
         found = _forward(begun, guises, unseen, progress)
-        if len(found.steps) > 1 and cost(found.chosen) < likeliest - TIED_BIC:
+        kept = found.steps[0]
+        fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
+        if len(found.steps) > 1 and fits and cost(found.chosen) < likeliest - TIED_BIC:
             return found
     return first
+
+
+def _hopeful(step: Step) -> bool:
+    """Whether a step has a name, or might have one beside another: unseen data, sample by sample, speak for it."""
+    return step.refused is None or (not step.misplaced and agreed(step.evidence) and step.evidence.foreseen > FORESEEN)
 
 
 def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:

@@ -6,14 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify.mismatch import sensor_errors
 from identify.mismatch.compare import Comparison, block_sums, block_z
-from identify.mismatch.conclusion import _lags_in_series, _may_be_absent
+from identify.mismatch.conclusion import Conclusion, _lags_in_series, _may_be_absent
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import Step, agreed, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.ways import guises
+from identify.preprocess import Samples
 from plant.axis_file import read_axis
 from plant.effects import find
 from plant.recording_files import read_recording_entry
@@ -58,6 +60,21 @@ def test_an_event_that_comes_once_has_its_moment(tmp_path):
     assert found.verdict.value == "unexplained"
     assert found.location.coordinate == "time"
     assert found.location.interval[0] - 0.1 <= case.labels["outside"]["interval"][0] <= found.location.interval[1] + 0.1
+
+
+def test_a_jump_of_the_sensors_zero_comes_once(monkeypatch):
+    """A break-away that no model foresees to the sample looks like one, and there are many of them."""
+    n = 2000
+    error = np.full(n, 1e-5)
+    error[[500, 1500]] = 1e-3, 9e-4
+    once, never = np.zeros(n, dtype=np.int64), np.zeros(n)
+    samples = Samples(0.01 * np.arange(n), never, never, np.full(n, 0.01), once, once == 0, 0.01, linear=False)
+    view = SimpleNamespace(error=error, fit=SimpleNamespace(problem=SimpleNamespace(samples=samples)))
+    gains = {500: 200.0, 1500: 20.0}
+    monkeypatch.setattr(sensor_errors, "_jump", lambda _, k: gains.get(k, 0.0))
+    assert sensor_errors.slip(view).interval == pytest.approx((4.98, 5.02))
+    gains[1500] = 100.0
+    assert sensor_errors.slip(view) is None
 
 
 @dataclasses.dataclass
@@ -207,6 +224,52 @@ def test_a_spring_that_does_not_swing_is_no_transmission_and_a_wide_bump_no_defe
     assert "does not swing" in odd(900.0)
     width = guises({"rail_defect": find("rail_defect")}, setting)[0].unknowns[2]
     assert width.high == pytest.approx(0.25 * 0.3)
+
+
+def test_springs_of_light_and_weak_machines_may_be_softer(tmp_path):
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+
+    def softest(name, parameter, force=100.0, share=1.0):
+        mechanics = axis.mechanics
+        lighter = dataclasses.replace(mechanics, M=share * mechanics.M, J=share * mechanics.J)
+        setting = Setting(
+            dataclasses.replace(axis, mechanics=lighter), force=force, speed=0.3, travel=0.3,
+            mass=lighter.moving_mass, lowest=0.0, highest=0.3, peak=2 * force, duration=20.0, sample_time=0.01,
+            rests=0.0, spots=(), periods=(), free_offset=False,
+        )  # fmt: skip
+        unknowns = guises({name: find(name)}, setting)[0].unknowns
+        return next(unknown.low for unknown in unknowns if unknown.parameter == parameter)
+
+    assert softest("end_stop", "stiffness", force=1000.0) == softest("end_stop", "stiffness") == 100.0
+    assert softest("end_stop", "stiffness", force=20.0) == pytest.approx(20.0)
+    assert softest("transmission_compliance", "stiffness") == 1000.0
+    assert softest("transmission_compliance", "stiffness", share=0.1) == pytest.approx(298.0, abs=1.0)
+
+
+def test_bristles_on_which_the_mass_swings_faster_than_the_samples_tell_are_none(tmp_path):
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+    setting = Setting(
+        axis, force=100.0, speed=0.3, travel=0.3, mass=axis.mechanics.moving_mass, lowest=0.0, highest=0.3, peak=200.0,
+        duration=20.0, sample_time=0.01, rests=0.0, spots=(), periods=(), free_offset=False,
+    )  # fmt: skip
+    hardest = guises({"presliding_hysteresis": find("presliding_hysteresis")}, setting)[0].unknowns[0].high
+    assert np.sqrt(hardest / setting.mass) == pytest.approx(np.pi / setting.sample_time)
+
+
+def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
+    """It was large enough while another effect was missing."""
+    unknown = Unknown("mass_error", 1.0, -5.0, 5.0)
+    guise = Guise(find("inertia_error"), (unknown,), np.array([[0.5]]), least=0.3)
+    problem = SimpleNamespace(guise=lambda _: guise, slot=lambda _: slice(0, 1))
+
+    def there(error):
+        effect = FoundEffect(
+            "inertia_error", 0.5, {"mass_error": Quantity(error, "kg", (error - 0.1, error + 0.1))}, 1.0
+        )
+        return Conclusion._there(SimpleNamespace(final=SimpleNamespace(problem=problem, x=np.array([error]))), effect)
+
+    assert there(0.4)
+    assert not there(0.2)
 
 
 def drag_on_a_machine(coefficient):
