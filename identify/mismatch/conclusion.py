@@ -279,10 +279,11 @@ class Conclusion:
             ),
         )
 
-    def _constants(self, chosen: tuple[str, ...], step: Step, rival: Step) -> tuple[str, ...]:
-        """`chosen` with the constant force that the model of a `rival` of the last `step` needs beside it."""
+    def _constants(self, chosen: tuple[str, ...], rival: Step) -> tuple[str, ...]:
+        """`chosen` with the constant force that the model of a `rival` beside all other names needs, or without."""
         named = {one.guise.name for one in self.selection.steps}
-        if step is not self.selection.steps[-1] or beyond(rival.fit) == (len(chosen) > len(named)):
+        alone = len(rival.fit.names) < len(self.selection.chosen.names)
+        if alone or beyond(rival.fit) == (len(chosen) > len(named)):
             return chosen
         return (*chosen, "force_offset") if beyond(rival.fit) else tuple(name for name in chosen if name in named)
 
@@ -379,7 +380,7 @@ class Conclusion:
         sets, swaps = [chosen], []
         for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
             for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
-                _add(sets, self._constants(chosen, step, rival), step.guise.name, rival.guise.name)
+                _add(sets, self._constants(chosen, rival), step.guise.name, rival.guise.name)
                 swaps.append((step.guise.name, rival.guise.name))
         for pair in itertools.combinations(dict.fromkeys(swaps), 2):
             self._add_both(sets, *pair)
