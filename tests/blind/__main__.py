@@ -1,4 +1,4 @@
-"""Run the blind study: `make blind`, or `make blind ARGS="--cases 40"`.
+"""Run the blind study: `make blind`, `make blind-second` (another simulator), or `make blind ARGS="--cases 40"`.
 
 Cases are drawn in batches: the batch's labels are written to `sealed/` and hashed, then its case folders, then each is
 diagnosed in a process of its own (with `--rivals`, put through the rival methods too). A second start goes on where the
@@ -20,7 +20,7 @@ from tests.blind.diagnosing import ask, ask_rivals, locked
 from tests.blind.frozen import digest, engine
 from tests.blind.plan import JUDGE_SEED
 from tests.blind.scoring import Score, score
-from tests.blind.sealing import Study, seal
+from tests.blind.sealing import SIMULATORS, Study, seal
 from tests.blind.tables import sections
 
 BATCH = 20
@@ -32,16 +32,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.blind", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=600)
     parser.add_argument("--seed", type=int, default=JUDGE_SEED, help=f"below {JUDGE_SEED} while developing")
+    parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="whose cases")
     parser.add_argument("--jobs", type=int, default=1, help="diagnoses at a time")
     parser.add_argument("--out", type=Path, default=Path("var/blind"))
-    parser.add_argument("--duration", type=float, default=30.0, help="of each recording [s]; half at 1 kHz")
+    parser.add_argument("--duration", type=float, default=30.0, help="of each recording, reference simulator [s]")
     parser.add_argument("--limit", type=float, default=120.0, help="CPU limit of a diagnosis [s]")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after so many minutes")
     parser.add_argument("--batch", type=int, default=BATCH, help="cases sealed together")
     parser.add_argument("--rivals", action="store_true", help="the rival methods on the same cases too")
     parser.add_argument("--report", action="store_true", help="only score what is there and write the report")
     given = parser.parse_args()
-    study = Study(given.seed, given.cases, given.out / f"seed-{given.seed}", given.duration)
+    folder = f"seed-{given.seed}" if given.simulator == SIMULATORS[0] else f"{given.simulator}-seed-{given.seed}"
+    study = Study(given.seed, given.cases, given.out / folder, given.duration, given.simulator)
     study.folder.mkdir(parents=True, exist_ok=True)
     print(f"engine {engine()}, thresholds {digest()}", flush=True)
     if not given.report:
@@ -116,12 +118,13 @@ def write_report(study: Study, size: int) -> str:
     """Score all answers; writes scores.json, report.md and report.json and returns the report."""
     scores, notes, judged = scored(study, size)
     found = sections(scores)
-    head = [f"# Blind study, seed {study.seed}: {len(scores)} cases scored", "",
+    whose = "" if study.simulator == SIMULATORS[0] else f"{study.simulator} simulator, "
+    head = [f"# Blind study, {whose}seed {study.seed}: {len(scores)} cases scored", "",
             f"Judged: {'; '.join(sorted(judged)) or 'nothing yet'}. Rates with 95 % Wilson intervals.", ""]  # fmt: skip
     text = "\n".join([*head, *(section.markdown() for section in found), "## Sealed labels", ""])
     text += "\n".join(f"- {note}" for note in notes) + "\n"
-    report = {"seed": study.seed, "cases": len(scores), "judged": sorted(judged), "labels": notes,
-              "sections": [section.to_dict() for section in found]}  # fmt: skip
+    report = {"simulator": study.simulator, "seed": study.seed, "cases": len(scores), "judged": sorted(judged),
+              "labels": notes, "sections": [section.to_dict() for section in found]}  # fmt: skip
     (study.folder / "scores.json").write_text(json.dumps([asdict(s) for s in scores], indent=1))
     (study.folder / "report.json").write_text(json.dumps(report, indent=1))
     (study.folder / "report.md").write_text(text)

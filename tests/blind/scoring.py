@@ -2,7 +2,8 @@
 
 Severity is the ratio of the baseline's held-out criterion (from the answer) to that of the true machine (`truth`, from
 the label): hidden below 1.3, faint to 2.5, clear to 10, strong beyond. It does not depend on what was answered; where
-there is no answer with a baseline it follows from the drawn size.
+there is no answer with a baseline it follows from the drawn size. A simulator that does not know the criterion of its
+machine labels the ratio itself, of mean squares of forces (`severity_ratio`).
 """
 
 from __future__ import annotations
@@ -89,9 +90,8 @@ def score(case: str, label: dict, reply: dict, rivals: dict | None = None) -> Sc
     size = next(name for name, end in SIZES.items() if spec["size"] < end)
     true = label.get("true_criterion")
     baseline = ((answer or {}).get("fit") or {}).get("baseline", {}).get("held_out")
-    severity = BY_SIZE[size]
-    if true and baseline:
-        severity = next(name for name, end in SEVERITIES.items() if baseline / true < end)
+    over_truth = baseline / true if true and baseline else label.get("severity_ratio")
+    severity = next(name for name, end in SEVERITIES.items() if over_truth < end) if over_truth else BY_SIZE[size]
     if answer is not None:
         values["errors"], values["covered"] = _parameters(label, answer)
         values["places"] = _place_errors(label, answer)

@@ -7,22 +7,29 @@ import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from tests.blind import second
 from tests.blind.plan import ATTEMPTS, draw_spec
 from tests.blind.truth import criterion
 from tests.reference.cases import Case, UndrawableError, draw_case, write_case
+from tests.second.cases import Case as SecondCase
+from tests.second.cases import write_case as write_second_case
+
+SIMULATORS = ("reference", "second")
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study: its seed, how many cases, seconds per recording, and the folder all of it lives in.
+    """A study: its seed, how many cases, seconds per recording, the folder all of it lives in, whose cases they are.
 
-    `sealed/` holds the labels, `cases/` axis.toml and CSV, `answers/` what the diagnosis said.
+    `sealed/` holds the labels, `cases/` axis.toml and CSV, `answers/` what the diagnosis said. The second simulator
+    draws the seconds of its recordings itself.
     """
 
     seed: int
     cases: int
     folder: Path
     duration: float = 30.0
+    simulator: str = SIMULATORS[0]
 
     def name(self, index: int) -> str:
         """Name of a case; it says nothing, not even its seed."""
@@ -45,8 +52,10 @@ class Study:
         return self.folder / "rivals" / f"{self.name(index)}.json"
 
 
-def draw(study: Study, index: int) -> tuple[dict, Case | None]:
+def draw(study: Study, index: int) -> tuple[dict, Case | SecondCase | None]:
     """Sealed label and case `index`; None, with the reasons in the label, where no seed gives a machine that moves."""
+    if study.simulator == "second":
+        return second.draw(study.seed, index, study.name(index))
     kind, spec = draw_spec(study.seed, index, study.duration)
     refused = []
     for attempt in range(ATTEMPTS):
@@ -81,8 +90,9 @@ def seal(study: Study, batch: range) -> str:
     if path.exists() and path.read_text() != text:
         raise RuntimeError(f"{path} was drawn by another simulator: use another --out")
     path.write_text(text)
+    write = write_second_case if study.simulator == "second" else write_case
     for index, (_, case) in drawn.items():
         if case is not None:
-            write_case(case, study.case(index))
+            write(case, study.case(index))
     done.touch()
     return hashlib.sha256(text.encode()).hexdigest()
