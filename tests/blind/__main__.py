@@ -35,7 +35,9 @@ def main() -> None:
     parser.add_argument("--simulator", choices=SIMULATORS, default=SIMULATORS[0], help="whose cases")
     parser.add_argument("--jobs", type=int, default=1, help="diagnoses at a time")
     parser.add_argument("--out", type=Path, default=Path("var/blind"))
-    parser.add_argument("--duration", type=float, default=30.0, help="of each recording, reference simulator [s]")
+    parser.add_argument(
+        "--duration", type=float, default=30.0, help="of each recording [s]; half at 1 kHz; not --simulator second"
+    )
     parser.add_argument("--limit", type=float, default=120.0, help="CPU limit of a diagnosis [s]")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after so many minutes")
     parser.add_argument("--batch", type=int, default=BATCH, help="cases sealed together")

@@ -97,6 +97,7 @@ def test_labels_are_sealed_first_the_folders_do_not_tell_and_the_report_counts(t
     first = seal(study, range(2))
     assert seal(study, range(2)) == first
     labels = json.loads(study.labels(range(2)).read_text())
+    assert json.loads(json.dumps(second.draw(20, 1, "case-0001")[0])) == labels["case-0001"]  # from its number alone
     (tmp_path / "answers").mkdir()
     for index in range(2):
         files = {file.name for file in study.case(index).iterdir()}
