@@ -163,6 +163,10 @@ class Guise:
                 given[parameter.name] = np.full(len(z), parameter.default)
         return np.stack([given[parameter.name] for parameter in self.effect.parameters])
 
+    def tells(self, parameter: str) -> bool:
+        """Whether results hold a parameter; a nuisance may end anywhere."""
+        return next(p.reported for p in self.effect.parameters if p.name == parameter)
+
     def place(self) -> int | None:
         """Index of the unknown that says where the effect is: a position, a moment, a period; or None."""
         return next((index for index, unknown in enumerate(self.unknowns) if unknown.spread >= PLACE), None)

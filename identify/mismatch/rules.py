@@ -129,11 +129,12 @@ def foretold(evidence: Comparison) -> bool:
 
 
 def at_edge(fitted: Fit, guise: Guise) -> bool:
-    """True where an unknown of the effect ended on a bound that is not its absence."""
+    """True where an unknown of the effect that is reported ended on a bound that is not its absence."""
     low, high = fitted.problem.bounds
     slot = fitted.problem.slot(guise)
     x = fitted.x[slot]
-    return bool(((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6)).any())
+    told = np.array([guise.wave is not None or guise.tells(unknown.parameter) for unknown in guise.unknowns])
+    return bool((told & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
 
 
 def price(fitted: Fit) -> float:

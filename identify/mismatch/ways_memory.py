@@ -70,7 +70,7 @@ def dwell(e: Effect, s: Setting) -> list[Guise]:
     unknowns = (
         Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
         Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
-        Unknown("slip", 5e-4 * s.metre, 1e-4 * s.metre, 2e-3 * s.metre, log=True, spread=0.7),
+        Unknown("slip", 5e-4 * s.metre, 2e-5 * s.metre, 5e-3 * s.metre, log=True, spread=0.7),
     )
     return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [5e-4 * s.metre]))]
 

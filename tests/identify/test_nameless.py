@@ -12,7 +12,7 @@ from identify.mismatch.conclusion import Conclusion, _lags_in_series, _may_be_ab
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.result import FoundEffect, Quantity
-from identify.mismatch.rules import Step, agreed, best_of, cost, refusal
+from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples
@@ -270,6 +270,20 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
 
     assert there(0.4)
     assert not there(0.2)
+
+
+def test_a_nuisance_may_end_on_its_bound():
+    """How far a contact slips until it is young again is told by nobody; how much it rose is."""
+    names, one = ("stiction_rise", "time_constant", "slip"), np.ones(3)
+    guise = Guise(find("dwell_time_stiction"), tuple(Unknown(name, 1.0, -1.0, 1.0) for name in names), one[None])
+    problem = SimpleNamespace(slot=lambda _: slice(0, 3), bounds=(-one, one))
+
+    def edge(*x):
+        return at_edge(SimpleNamespace(problem=problem, x=np.array(x)), guise)
+
+    assert not edge(0.3, 0.2, 1.0)
+    assert edge(1.0, 0.2, 0.5)
+    assert edge(0.3, -1.0, 0.5)
 
 
 def drag_on_a_machine(coefficient):
