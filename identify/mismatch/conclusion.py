@@ -39,6 +39,7 @@ from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
+CONFIRMED = 0.25  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
@@ -57,7 +58,6 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
 ORDERS = 3  # lags in series that a drive may have
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
-CONFIRMED = 0.25  # of the same: names that leave no more stand where unseen data, sample by sample, agree on them
 STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -147,8 +147,9 @@ class Conclusion:
         if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
-        beside = {COORDINATE[name] for name in chosen.names if name in COORDINATE} if share < PROVEN else set()
-        beside.add("time")
+        beside = {"time"}
+        if share < PROVEN:
+            beside |= {COORDINATE.get(name, "time") for name in chosen.names}
         return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
 
     @property
@@ -282,8 +283,8 @@ class Conclusion:
     def _constants(self, chosen: tuple[str, ...], rival: Step) -> tuple[str, ...]:
         """`chosen` with the constant force that the model of a `rival` beside all other names needs, or without."""
         named = {one.guise.name for one in self.selection.steps}
-        alone = len(rival.fit.names) < len(self.selection.chosen.names)
-        if alone or beyond(rival.fit) == (len(chosen) > len(named)):
+        lacks_some = len(rival.fit.names) < len(self.selection.chosen.names)
+        if lacks_some or beyond(rival.fit) == (len(chosen) > len(named)):
             return chosen
         return (*chosen, "force_offset") if beyond(rival.fit) else tuple(name for name in chosen if name in named)
 

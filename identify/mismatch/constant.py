@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +61,7 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     share = value**2 / (value**2 + rest**2)
     sizes = quantities(measured(best), guise)
     if guise.name == "force_offset":  # all of it, not only what is beyond the axis file
-        sizes["force"] = dataclasses.replace(sizes["force"], value=value, ci95=(value - half, value + half))
+        sizes["force"] = replace(sizes["force"], value=value, ci95=(value - half, value + half))
     return Constant(best, FoundEffect(guise.name, share, sizes, abs(value)), names)
 
 

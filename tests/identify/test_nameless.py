@@ -207,12 +207,18 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     assert "end_stop differs" in second(elsewhere, name="transmission_compliance", stiff=True)
 
 
-def test_a_spring_that_does_not_swing_is_no_transmission_and_a_wide_bump_no_defect(tmp_path):
-    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
-    setting = Setting(
+def setting_of(axis, **other):
+    """What starting points depend on, for a motion of 0.3 m at 0.3 m/s in steps of 10 ms without rests, or `other`."""
+    usual = Setting(
         axis, force=100.0, speed=0.3, travel=0.3, mass=axis.mechanics.moving_mass, lowest=0.0, highest=0.3, peak=200.0,
         duration=20.0, sample_time=0.01, rests=0.0, spots=(), periods=(), free_offset=False,
     )  # fmt: skip
+    return dataclasses.replace(usual, **other)
+
+
+def test_a_spring_that_does_not_swing_is_no_transmission_and_a_wide_bump_no_defect(tmp_path):
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+    setting = setting_of(axis)
     belt = guises({"transmission_compliance": find("transmission_compliance")}, setting)[0]
 
     def odd(damping):
@@ -232,11 +238,7 @@ def test_springs_of_light_and_weak_machines_may_be_softer(tmp_path):
     def softest(name, parameter, force=100.0, share=1.0):
         mechanics = axis.mechanics
         lighter = dataclasses.replace(mechanics, M=share * mechanics.M, J=share * mechanics.J)
-        setting = Setting(
-            dataclasses.replace(axis, mechanics=lighter), force=force, speed=0.3, travel=0.3,
-            mass=lighter.moving_mass, lowest=0.0, highest=0.3, peak=2 * force, duration=20.0, sample_time=0.01,
-            rests=0.0, spots=(), periods=(), free_offset=False,
-        )  # fmt: skip
+        setting = setting_of(dataclasses.replace(axis, mechanics=lighter), force=force, peak=2 * force)
         unknowns = guises({name: find(name)}, setting)[0].unknowns
         return next(unknown.low for unknown in unknowns if unknown.parameter == parameter)
 
@@ -248,10 +250,7 @@ def test_springs_of_light_and_weak_machines_may_be_softer(tmp_path):
 
 def test_bristles_on_which_the_mass_swings_faster_than_the_samples_tell_are_none(tmp_path):
     _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
-    setting = Setting(
-        axis, force=100.0, speed=0.3, travel=0.3, mass=axis.mechanics.moving_mass, lowest=0.0, highest=0.3, peak=200.0,
-        duration=20.0, sample_time=0.01, rests=0.0, spots=(), periods=(), free_offset=False,
-    )  # fmt: skip
+    setting = setting_of(axis)
     hardest = guises({"presliding_hysteresis": find("presliding_hysteresis")}, setting)[0].unknowns[0].high
     assert np.sqrt(hardest / setting.mass) == pytest.approx(np.pi / setting.sample_time)
 
@@ -296,10 +295,7 @@ def drag_on_a_machine(coefficient):
 
 def test_a_ripple_goes_into_a_turn_a_whole_number_of_times(tmp_path):
     _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
-    setting = Setting(
-        axis, force=100.0, speed=0.3, travel=0.4, mass=25.0, lowest=0.0, highest=0.4, peak=200.0, duration=20.0,
-        sample_time=0.01, rests=0.0, spots=(), periods=(0.031,), free_offset=False,
-    )  # fmt: skip
+    setting = setting_of(axis, travel=0.4, highest=0.4, mass=25.0, periods=(0.031,))
     turn = 2 * np.pi * axis.mechanics.Rm
     ripple = guises({"torque_ripple": find("torque_ripple")}, setting)[0]
 
