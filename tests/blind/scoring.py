@@ -3,7 +3,8 @@
 Severity is the ratio of the baseline's held-out criterion (from the answer) to that of the true machine (`truth`, from
 the label): hidden below 1.3, faint to 2.5, clear to 10, strong beyond. It does not depend on what was answered; where
 there is no answer with a baseline it follows from the drawn size. A simulator that does not know the criterion of its
-machine labels the ratio itself, of mean squares of forces (`severity_ratio`).
+machine labels the ratio itself, of mean squares of forces (`severity_ratio`). A pair may show well while one of the two
+hides behind the other: how well the lesser one shows (`truth.beside`, from the label) is told on the same scale.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ class Score:
             false), one_and_wrong, ... as before. Outside, nothing hidden and still: the verdict, or wrong.
         good: the outcome a user wants.
         false_name: a name was given that is not true, and no alternative is the whole truth.
+        lesser: severity of the effect of a pair that shows less beside the other; "" where the label does not tell.
         at_least_one: pair of which the answer (or an alternative) holds at least one.
         located: outside: coordinate among those of the list; strictly: the first coordinate given.
         interval: outside with a known interval: right or not.
@@ -56,6 +58,7 @@ class Score:
     over_true: float | None = None
     gained: float | None = None
     severity: str = ""
+    lesser: str = ""
     size: str = ""
     excitation: str = ""
     loop: str = ""
@@ -91,7 +94,9 @@ def score(case: str, label: dict, reply: dict, rivals: dict | None = None) -> Sc
     true = label.get("true_criterion")
     baseline = ((answer or {}).get("fit") or {}).get("baseline", {}).get("held_out")
     over_truth = baseline / true if true and baseline else label.get("severity_ratio")
-    severity = next(name for name, end in SEVERITIES.items() if over_truth < end) if over_truth else BY_SIZE[size]
+    severity = _severity(over_truth) if over_truth else BY_SIZE[size]
+    if label.get("beside"):
+        values["lesser"] = _severity(min(label["beside"].values()))
     if answer is not None:
         values["errors"], values["covered"] = _parameters(label, answer)
         values["places"] = _place_errors(label, answer)
@@ -111,6 +116,10 @@ def score(case: str, label: dict, reply: dict, rivals: dict | None = None) -> Sc
         noise=spec["noise"], period=spec["period"], orientation=spec["orientation"], shapes=spec["shapes"],
         seconds=reply["seconds"], cpu=reply["cpu"], **values,
     )  # fmt: skip
+
+
+def _severity(ratio: float) -> str:
+    return next(name for name, end in SEVERITIES.items() if ratio < end)
 
 
 def _rival(kind: str, truth: tuple[str, ...], sets: list[list[str]] | None) -> dict:

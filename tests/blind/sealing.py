@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests.blind import second
 from tests.blind.plan import ATTEMPTS, draw_spec
-from tests.blind.truth import criterion
+from tests.blind.truth import beside, criterion
 from tests.reference.cases import Case, UndrawableError, draw_case, write_case
 from tests.second.cases import Case as SecondCase
 from tests.second.cases import write_case as write_second_case
@@ -67,7 +67,8 @@ def draw(study: Study, index: int) -> tuple[dict, Case | SecondCase | None]:
         case = replace(case, axis={**case.axis, "name": study.name(index)})  # its own name tells the seed
         moves = kind != "still"
         yardstick = criterion(case) if moves else None  # before its name hides its seed; the labels keep it
-        return {"kind": kind, "refused": refused, "true_criterion": yardstick, **case.labels}, case
+        shows = {"beside": beside(case)} if kind == "pair" else {}
+        return {"kind": kind, "refused": refused, "true_criterion": yardstick, **shows, **case.labels}, case
     return {"kind": kind, "refused": refused, "expected": None}, None
 
 

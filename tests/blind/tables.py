@@ -13,6 +13,7 @@ import numpy as np
 from tests.blind.scoring import SEVERITIES, SIZES, Score
 
 EXTRA = {"wrong", "extra", "one_and_wrong"}
+CLEAR = ("clear", "strong")
 OURS = "tribowatch"
 
 
@@ -95,7 +96,10 @@ def sections(scores: Sequence[Score]) -> list[Section]:
         found.append(_rivals(of))
     for title, (key, order) in GROUPS.items():
         found.append(_by(f"Single effects by {title}", of["single"], key, order))
+    told = [s for s in of["pair"] if s.lesser]
     found += [_by("Pairs by severity", of["pair"], lambda s: s.severity, tuple(SEVERITIES)),
+              _by("Pairs by severity of the lesser effect beside the other", told, lambda s: s.lesser,
+                  tuple(SEVERITIES)),
               _by("Outside the catalogue", of["outside"], lambda s: s.truth[0], ()),
               _parameters(scores), _times(scores), _failures(scores)]  # fmt: skip
     return [section for section in found if section.rows or section.lines]
@@ -104,7 +108,7 @@ def sections(scores: Sequence[Score]) -> list[Section]:
 def _summary(of: dict[str, list[Score]], still: list[Score]) -> Section:
     single, pairs, outside = of["single"], of["pair"], of["outside"]
     nothing = [*of["smooth"], *of["rough"]]
-    visible = [s for s in single if s.severity in ("clear", "strong")]
+    visible = [s for s in single if s.severity in CLEAR]
     rates = [
         Rate.of("single effects: right name or accepted set", (s.good for s in single)),
         Rate.of("- strong and clear", (s.good for s in visible)),
@@ -116,6 +120,7 @@ def _summary(of: dict[str, list[Score]], still: list[Score]) -> Section:
         Rate.of("- insufficient_data or failed", (s.outcome in ("insufficient", "failed") for s in single)),
         Rate.of("pairs: both, or accepted set", (s.good for s in pairs)),
         Rate.of("- at least one", (bool(s.at_least_one) for s in pairs)),
+        Rate.of("- both, where each is clear beside the other", (s.good for s in pairs if s.lesser in CLEAR)),
         Rate.of("- false name", (s.false_name for s in pairs)),
         Rate.of("nothing hidden: false name", (s.false_name for s in nothing)),
         Rate.of("- smooth friction", (s.false_name for s in of["smooth"])),

@@ -14,7 +14,7 @@ from tests.blind.rivals import METHODS, answers
 from tests.blind.scoring import score
 from tests.blind.sealing import Study, seal
 from tests.blind.tables import Rate, sections, wilson
-from tests.blind.truth import criterion
+from tests.blind.truth import beside, criterion
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 SPEC = {"size": 0.5, "excitation": "loop_sine", "noise": 1e-4, "period": 0.01, "orientation": "vertical",
@@ -158,6 +158,25 @@ def test_the_true_machine_predicts_what_it_did(effects, excitation):
     own = criterion(case)
     assert own < 2e-5
     assert criterion(replace(case, plant=bare)) > 10 * own
+
+
+def test_how_well_each_of_a_pair_shows_beside_the_other():
+    """A stop that is never reached hides behind anything; a spring that friction cannot imitate does not."""
+    spec = CaseSpec(8306, ("position_spring",), excitation="loop_cycle", size=1.4, duration=12.0, noise=1e-5)
+    case = draw_case(spec)
+    stop = {"position": 9.0, "stiffness": 1e4, "side": 1.0}
+    shows = beside(replace(case, plant=replace(case.plant, effects=case.plant.effects | {"end_stop": stop})))
+    assert shows["end_stop"] == pytest.approx(1.0)
+    assert shows["position_spring"] > 10
+
+
+def test_a_pair_is_as_hard_as_its_lesser_effect():
+    both = label("pair", LAG | GAP) | {"true_criterion": 0.01}
+    found = scored(both | {"beside": {"actuator_lag": 90.0, "backlash": 1.1}}, reply("explained", SAID_LAG))
+    assert (found.severity, found.lesser) == ("strong", "hidden")
+    assert scored(both, reply("explained", SAID_LAG)).lesser == ""
+    rows = {name: rates for section in sections([found]) for name, rates in section.rows}
+    assert rows["- both, where each is clear beside the other"][0].total == 0
 
 
 def test_rival_methods_answer_a_plain_case(tmp_path):
