@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import FREE, noise_level, restarted, short_run_criterion
+from identify.criterion import FREE, RUN_LENGTH, noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
 from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
@@ -24,6 +24,8 @@ from identify.uncertainty import Uncertainty, uncertainty
 Floats = NDArray[np.float64]
 
 SEED = 0  # of the polish's kicks
+GROWN = 5.0  # times e: so much may an error grow in a free run that judges
+SHORTEST = 0.2  # s, of such a run
 WORST = 0.2  # share of the free runs that count no more than the least of them
 REACH = 5  # samples to each side from which a restart's velocity is taken to be known
 MOVES = 0.02  # of the travel within a second: less is a rest
@@ -119,6 +121,7 @@ class Comparison:
         foreseen_z: mean over standard error of that per block. [1]
         support: the same per unseen sample over the evidence per fitted one. [1]
         again: evidence of unseen data without the most favourable blocks. [1]
+        lacking: ratio of the latent forces, richer over poorer. [1]
     """
 
     bic: float
@@ -130,6 +133,7 @@ class Comparison:
     foreseen_z: float = 0.0
     support: float = 1.0
     again: float = 0.0
+    lacking: float = 1.0
 
 
 def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
@@ -145,7 +149,8 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     bic, more = price - 2.0 * float(sums.sum()), 2.0 * float(foreseen.sum())
     support = more / len(unseen) * len(gained) / max(-bic, 1.0)
     again = 2.0 * _without_best(block_sums(foreseen))
-    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again)
+    lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
+    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again, lacking)
 
 
 def _without_best(sums: Floats) -> float:
@@ -169,7 +174,9 @@ def _likelihood(fitted: Fit, samples: Samples, gains: Floats) -> Floats:
 
 
 def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> float:
-    """Squared errors of one-second free runs, richer over poorer; on `samples`, or on those of the fit. [1].
+    """Squared errors of free runs, richer over poorer; on `samples`, or on those of the fit. [1].
+
+    Runs of a second; shorter ones where the machine itself makes much of a small error.
 
     A few runs that begin in a rest and break away too early or too late would decide a plain sum; each run counts at
     most as much as one of the worst fifth of those in which the axis moves. What the noise of the restarts' position
@@ -177,7 +184,7 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     """
     if samples is None:
         samples = poorer.problem.samples
-    cut, states = restarted(samples)
+    cut, states = restarted(samples, trusted_length(poorer))
     errors = [free_errors(one, cut, states) for one in (poorer, richer)]
     size = float(np.mean(errors[0] ** 2))
     doubt = min(noise_level(samples.position) ** 2 / max(size, 1e-300), 1.0)
@@ -187,6 +194,16 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     most = float(np.quantile(worse, 1.0 - WORST)) if len(worse) else np.inf
     before, after = (float(np.minimum(each, most).sum()) for each in squares)
     return after / max(before, 1e-300)
+
+
+def trusted_length(one: Fit) -> float:
+    """Length of free runs that judge a model. [s]
+
+    Below the Stribeck velocity friction falls with speed, and a small error grows: exponentially on a light machine.
+    """
+    law = one.problem.law(one.x[None])[:, 0]
+    growth = float((law[1] * law[2] - law[3]) / law[4])  # [1/s] of a speed near zero
+    return RUN_LENGTH if growth <= 0.0 else float(np.clip(GROWN / growth, SHORTEST, RUN_LENGTH))
 
 
 def free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:

@@ -13,12 +13,13 @@ from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
-from identify.mismatch.compare import Fit, compare, free_run_ratio
+from identify.mismatch.compare import Comparison, Fit, compare, free_run_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
 from identify.mismatch.experiment import Experiment, in_words, propose, settling
 from identify.mismatch.finish import finished
+from identify.mismatch.floors import no_better
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
@@ -29,7 +30,19 @@ from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, second_opinion
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
-from identify.mismatch.rules import CLEAN, HELD_OUT, PROVEN, TIED_BIC, Step, beyond, cost, foretold, price, tied
+from identify.mismatch.rules import (
+    CLEAN,
+    HELD_OUT,
+    PROVEN,
+    TIED_BIC,
+    Step,
+    beyond,
+    cost,
+    decided,
+    foretold,
+    price,
+    tied,
+)
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
@@ -48,17 +61,16 @@ WORTH = 0.85  # of the baseline's one-second error on unseen data: names that le
 CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
-SIZE = 0.01  # relative: no size is better known, whatever the noise: masses, torque constants and shapes are not
-SCALE = 0.001  # relative: no period is better known: radii are not
-PLACES = {"centre", "position", "rest_position", "time"}
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
 ORDERS = 3  # lags in series that a drive may have
+ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
+SLIDING = 0.3  # of the static friction: no dry friction of a sliding axis is less
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
 WEIGHTLESS = {"inertia_error": "torque_scale_error", "torque_scale_error": "inertia_error"}  # where friction is free
@@ -119,8 +131,11 @@ class Conclusion:
 
         A few runs that break away too early or too late may decide the contract's sum of squares. Past the worst of
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
+        Where most of the latent force is explained, sample by sample, free runs are not asked.
         """
         final = self.final
+        if decided(self._gained):
+            return True
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
@@ -136,21 +151,39 @@ class Conclusion:
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
+        if self._sticks:
+            return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
-        if share > CONFIRMED or (share > PROVEN and not foretold(compare(baseline, chosen, self.evidence.held_out))):
+        if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
             if after > rest and after > KEPT * before:
                 return False
             if self._held_out(self.final) > STRAY * self.own or self._odder:
                 return False
-        if not self.blind and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
+        asked = not self.blind and not decided(self._gained)
+        if asked and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         beside = {"time"}
         if share < PROVEN:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
+            beside |= {"position", *ANGLES} if beside & ANGLES else set()
         return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
+
+    @cached_property
+    def _gained(self) -> Comparison:
+        """What speaks for the chosen effects together."""
+        return compare(self.selection.baseline, self.selection.chosen, self.evidence.held_out)
+
+    @property
+    def _sticks(self) -> bool:
+        """Whether the chosen model's dry friction nearly vanishes once the axis moves: then something else is wrong.
+
+        Below the Stribeck velocity a light axis stops and starts within a sample; its log need not tell.
+        """
+        level, bump = self.selection.chosen.problem.law(self.selection.chosen.x[None])[:2, 0]
+        return bool(level < SLIDING * (level + bump))
 
     @property
     def _odder(self) -> bool:
@@ -351,6 +384,8 @@ class Conclusion:
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
         with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
+        closed = self.recordings[-1].loop == "closed"
+        stamped = ACTED * (self.setting.native_time or self.setting.sample_time) if closed else 0.0
         found = []
         for step in self.selection.steps:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
@@ -360,20 +395,9 @@ class Conclusion:
             share = 0.0
             if with_all is not None and lacking is not None:
                 share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
-            values = {name: self._no_better(name, value) for name, value in quantities(final, guise, other).items()}
+            values = no_better(guise.name, quantities(final, guise, other), stamped)
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
-
-    def _no_better(self, name: str, value: Quantity) -> Quantity:
-        """A quantity no better known than the axis file's constants, or than when a loop's torque acted."""
-        if value.ci95 is None or name in PLACES:
-            return value
-        least = (SCALE if name == "period" else SIZE) * abs(value.value)
-        if name in LATE.values() and self.recordings[-1].loop == "closed":
-            least = max(least, ACTED * (self.setting.native_time or self.setting.sample_time))
-        low, high = (float(np.hypot(end - value.value, least)) for end in value.ci95)
-        floor = 0.0 if name in LATE.values() else -np.inf
-        return dataclasses.replace(value, ci95=(max(value.value - low, floor), value.value + high))
 
     def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
         """The chosen set, then every set these data cannot tell from it."""

@@ -22,7 +22,7 @@ Bools = NDArray[np.bool_]
 ORDER = 4
 HIGHEST_CUT = 100.0  # Hz
 CUT_SHARE = 0.2  # of the sampling rate
-EDGE = 10  # samples left out at the ends of a run, where the filter has one side only
+EDGE = 2.0  # periods of the cut left out at the ends of a run, where the filter has one side only
 MUCH = 0.1  # of the largest force of an effect: there it acts
 LASTS = 10  # samples for which the predictor feels a force
 FEWEST = 60  # samples of a run that a zero-phase filter can take
@@ -63,11 +63,13 @@ def unexplained(
     if blocks.observed != POSITION:
         return None
     rate = 1.0 / samples.sample_time
-    sections = butter(ORDER, min(highest_cut, CUT_SHARE * rate) / (0.5 * rate), output="sos")
+    cut = min(highest_cut, CUT_SHARE * rate)
+    sections = butter(ORDER, cut / (0.5 * rate), output="sos")
+    edge = int(np.ceil(EDGE * rate / cut - 1e-9))
     drive = problem.drive(np.full(LANES, blocks.delay[0]))
     index, force, lacking = [], [], []
     for a, b in itertools.pairwise([*samples.first.tolist(), len(samples)]):
-        if b - a < FEWEST:
+        if b - a < max(FEWEST, 3 * edge):
             continue
         position = sosfiltfilt(sections, samples.position[a:b])
         velocity = np.gradient(position, samples.t[a:b])
@@ -85,7 +87,7 @@ def unexplained(
             max(substeps, blocks.substeps(samples.sample_time)),
             out,
         )
-        inner = slice(EDGE, b - a - EDGE)
+        inner = slice(edge, b - a - edge)
         index.append(np.arange(a, b)[inner])
         force.append(sosfiltfilt(sections, samples.force[a:b])[inner])
         lacking.append(-sosfiltfilt(sections, out)[inner])

@@ -49,6 +49,7 @@ FAMILIES = (
     frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
     frozenset({"inertia_error", "torque_scale_error", "load_dependent_friction", "quadratic_drag"}),
     frozenset({"viscous_asymmetry", "quadratic_drag"}),
+    frozenset({"torque_saturation", "load_dependent_friction", "quadratic_drag"}),
     frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
     frozenset({"presliding_hysteresis", "backlash", "dwell_time_stiction"}),
     frozenset({"thermal_drift", "step_change"}),

@@ -30,6 +30,9 @@ SURE = 2.5  # times the usual evidence: what is white noise to a force is not to
 STARTING = 5  # samples of a run whose errors are those of its start
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
 ASIDE = 0.2  # s: another moment
+BESIDE = 0.05  # s: what a jump moves the prediction errors of
+CLEARED = 2.5  # times the usual error: a jump that leaves more there is how the axis breaks away
+HALF_OF_NORMAL = 0.4549  # median of the square of a standard normal number
 ONCE = 1.0 / 3.0  # of its evidence: a jump that another moment has as much of is how the axis breaks away
 
 
@@ -83,23 +86,27 @@ def slip(view: View) -> Structure | None:
     samples = view.fit.problem.samples
     since = np.arange(len(samples)) - samples.first[samples.run]
     order = np.argsort(-np.abs(np.where(since < STARTING, 0.0, view.error)))
-    gain, at = max((_jump(view, k), k) for k in order[:SLIPS].tolist())
+    gain, at, left = max(_jump(view, k) for k in order[:SLIPS].tolist())
     evidence = likelier(view, gain) - 2.0 * float(np.log(len(samples)))
-    if evidence < EVIDENCE:
+    if evidence < EVIDENCE or left > CLEARED:
         return None
     when = float(samples.t[at])
     elsewhere = order[np.abs(samples.t[order] - when) > ASIDE][:SLIPS].tolist()
-    if any(_jump(view, k) > ONCE * gain for k in elsewhere):
+    if any(_jump(view, k)[0] > ONCE * gain for k in elsewhere):
         return None
     width = 2.0 * samples.sample_time
     return Structure("time", (when - width, when + width), evidence, float(np.sqrt(evidence)), 0.0)
 
 
-def _jump(view: View, k: int) -> float:
-    """What a jump of the position from sample k to the end of its run gains."""
+def _jump(view: View, k: int) -> tuple[float, int, float]:
+    """What a jump of the position from sample k to the end of its run gains, k, and the error left over the usual."""
     samples = view.fit.problem.samples
     after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
-    return gain_of_one(view, _shifted(view, after.astype(np.float64)[:, None])[:, 0])
+    seen = _shifted(view, after.astype(np.float64)[:, None])[:, 0]
+    near = np.abs(samples.t - samples.t[k]) <= BESIDE
+    rest = view.error - seen * float(seen @ view.error) / max(float(seen @ seen), 1e-300)
+    usual = float(np.median(view.error**2)) / HALF_OF_NORMAL
+    return gain_of_one(view, seen), k, float(np.sqrt(np.mean(rest[near] ** 2) / max(usual, 1e-300)))
 
 
 def zero_jumps(samples: Samples) -> list[Structure]:

@@ -90,6 +90,13 @@ def test_the_inverse_model_finds_a_force_that_was_put_in(quiet):
     assert np.median(lacking[moving]) == pytest.approx(3.0, abs=0.3)
 
 
+def test_what_a_slow_filter_makes_of_the_ends_of_a_run_is_left_out(quiet):
+    _, samples, problem, x = quiet
+    fast, slow = (unexplained(problem, x, samples, cut) for cut in (100.0, 4.0))
+    assert fast.index[0] == 10
+    assert slow.index[0] == round(2.0 / 4.0 / samples.sample_time)
+
+
 def test_the_force_of_an_effect_is_in_newtons(quiet):
     _, _, problem, x = quiet
     guise = next(guise for guise in ways(problem, x) if guise.name == "quadratic_drag")

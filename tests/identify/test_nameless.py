@@ -62,19 +62,36 @@ def test_an_event_that_comes_once_has_its_moment(tmp_path):
     assert found.location.interval[0] - 0.1 <= case.labels["outside"]["interval"][0] <= found.location.interval[1] + 0.1
 
 
-def test_a_jump_of_the_sensors_zero_comes_once(monkeypatch):
-    """A break-away that no model foresees to the sample looks like one, and there are many of them."""
-    n = 2000
-    error = np.full(n, 1e-5)
-    error[[500, 1500]] = 1e-3, 9e-4
+def a_view(error):
+    """As much of a view as a jump of the sensor is looked for in."""
+    n = len(error)
     once, never = np.zeros(n, dtype=np.int64), np.zeros(n)
     samples = Samples(0.01 * np.arange(n), never, never, np.full(n, 0.01), once, once == 0, 0.01, linear=False)
-    view = SimpleNamespace(error=error, fit=SimpleNamespace(problem=SimpleNamespace(samples=samples)))
+    problem = SimpleNamespace(samples=samples)
+    return SimpleNamespace(error=error, fit=SimpleNamespace(problem=problem), variance=float(np.mean(error**2)))
+
+
+def test_a_jump_of_the_sensors_zero_comes_once(monkeypatch):
+    """A break-away that no model foresees to the sample looks like one, and there are many of them."""
+    error = np.full(2000, 1e-5)
+    error[[500, 1500]] = 1e-3, 9e-4
     gains = {500: 200.0, 1500: 20.0}
-    monkeypatch.setattr(sensor_errors, "_jump", lambda _, k: gains.get(k, 0.0))
-    assert sensor_errors.slip(view).interval == pytest.approx((4.98, 5.02))
+    monkeypatch.setattr(sensor_errors, "_jump", lambda _, k: (gains.get(k, 0.0), k, 1.0))
+    assert sensor_errors.slip(a_view(error)).interval == pytest.approx((4.98, 5.02))
     gains[1500] = 100.0
-    assert sensor_errors.slip(view) is None
+    assert sensor_errors.slip(a_view(error)) is None
+
+
+def test_a_jump_of_the_sensors_zero_leaves_nothing_behind(monkeypatch):
+    """What is left where a jump is taken out is noise; where the axis broke away late, the errors go on."""
+    forgets = np.exp(-np.arange(2000) / 3.0)  # how an observer does
+    monkeypatch.setattr(sensor_errors, "_shifted", lambda _, after: np.roll(forgets, np.argmax(after))[:, None] * after)
+    jump = np.roll(forgets, 500)
+    noise = 1e-5 * np.random.default_rng(11).standard_normal(2000)
+    assert sensor_errors.slip(a_view(noise + 1e-3 * jump)).interval == pytest.approx((4.98, 5.02))
+    late = noise + 1e-3 * jump
+    late[502:505] -= 9e-4
+    assert sensor_errors.slip(a_view(late)) is None
 
 
 @dataclasses.dataclass
