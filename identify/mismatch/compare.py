@@ -5,6 +5,7 @@ Thresholds were set in a feasibility study on other machines, and are frozen.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -143,7 +144,11 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     price = extra * float(np.log(richer.problem.samples.used))
     sums = block_sums(gained)
     steady = price - 2.0 * _without_best(sums)
-    runs = free_run_ratio(poorer, richer), free_run_ratio(poorer, richer, unseen)
+    both = (
+        (free_run_ratio(poorer, richer, None, length), free_run_ratio(poorer, richer, unseen, length))
+        for length in run_lengths(poorer)
+    )
+    runs = min(both, key=math.prod)
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
     bic, more = price - 2.0 * float(sums.sum()), 2.0 * float(foreseen.sum())
@@ -173,10 +178,13 @@ def _likelihood(fitted: Fit, samples: Samples, gains: Floats) -> Floats:
     return np.asarray(terms[:, int(np.argmax(np.nan_to_num(terms.sum(axis=0), nan=-np.inf)))], dtype=np.float64)
 
 
-def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> float:
-    """Squared errors of free runs, richer over poorer; on `samples`, or on those of the fit. [1].
+def fairest_ratio(poorer: Fit, richer: Fit, samples: Samples) -> float:
+    """Squared errors of free runs on `samples`, richer over poorer, at the more telling of their lengths. [1]."""
+    return min(free_run_ratio(poorer, richer, samples, length) for length in run_lengths(poorer))
 
-    Runs of a second; shorter ones where the machine itself makes much of a small error.
+
+def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None, run_length: float = RUN_LENGTH) -> float:
+    """Squared errors of free runs of `run_length` [s], richer over poorer; on `samples`, or on those of the fit. [1].
 
     A few runs that begin in a rest and break away too early or too late would decide a plain sum; each run counts at
     most as much as one of the worst fifth of those in which the axis moves. What the noise of the restarts' position
@@ -184,7 +192,7 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     """
     if samples is None:
         samples = poorer.problem.samples
-    cut, states = restarted(samples, trusted_length(poorer))
+    cut, states = restarted(samples, run_length)
     errors = [free_errors(one, cut, states) for one in (poorer, richer)]
     size = float(np.mean(errors[0] ** 2))
     doubt = min(noise_level(samples.position) ** 2 / max(size, 1e-300), 1.0)
@@ -196,14 +204,15 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None) -> 
     return after / max(before, 1e-300)
 
 
-def trusted_length(one: Fit) -> float:
-    """Length of free runs that judge a model. [s]
+def run_lengths(one: Fit) -> tuple[float, ...]:
+    """Lengths of free runs that judge a model: a second, and a shorter one where errors grow by themselves. [s]
 
     Below the Stribeck velocity friction falls with speed, and a small error grows: exponentially on a light machine.
     """
     law = one.problem.law(one.x[None])[:, 0]
     growth = float((law[1] * law[2] - law[3]) / law[4])  # [1/s] of a speed near zero
-    return RUN_LENGTH if growth <= 0.0 else float(np.clip(GROWN / growth, SHORTEST, RUN_LENGTH))
+    shorter = max(GROWN / max(growth, 1e-9), SHORTEST)
+    return (RUN_LENGTH, shorter) if shorter < RUN_LENGTH else (RUN_LENGTH,)
 
 
 def free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:

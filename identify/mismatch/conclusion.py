@@ -13,7 +13,7 @@ from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
-from identify.mismatch.compare import Comparison, Fit, compare, free_run_ratio
+from identify.mismatch.compare import Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
@@ -70,7 +70,7 @@ ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
-SLIDING = 0.3  # of the static friction: no dry friction of a sliding axis is less
+USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
 WEIGHTLESS = {"inertia_error": "torque_scale_error", "torque_scale_error": "inertia_error"}  # where friction is free
@@ -139,7 +139,7 @@ class Conclusion:
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
-        past = free_run_ratio(self.plain, final, self.evidence.held_out)
+        past = fairest_ratio(self.plain, final, self.evidence.held_out)
         still = self.selection.chosen.latent_force > STILL * self.selection.baseline.latent_force
         return self._share(final) < (CLEARLY if still else WORTH) or past < enough
 
@@ -151,7 +151,7 @@ class Conclusion:
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self.selection.baseline, self.selection.chosen
-        if self._sticks:
+        if self._held_out(self.final) > USELESS:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
@@ -162,7 +162,7 @@ class Conclusion:
             if self._held_out(self.final) > STRAY * self.own or self._odder:
                 return False
         asked = not self.blind and not decided(self._gained)
-        if asked and free_run_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
+        if asked and fairest_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
         explained = price(baseline) - price(chosen)
         beside = {"time"}
@@ -175,15 +175,6 @@ class Conclusion:
     def _gained(self) -> Comparison:
         """What speaks for the chosen effects together."""
         return compare(self.selection.baseline, self.selection.chosen, self.evidence.held_out)
-
-    @property
-    def _sticks(self) -> bool:
-        """Whether the chosen model's dry friction nearly vanishes once the axis moves: then something else is wrong.
-
-        Below the Stribeck velocity a light axis stops and starts within a sample; its log need not tell.
-        """
-        level, bump = self.selection.chosen.problem.law(self.selection.chosen.x[None])[:2, 0]
-        return bool(level < SLIDING * (level + bump))
 
     @property
     def _odder(self) -> bool:

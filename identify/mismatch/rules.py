@@ -26,7 +26,7 @@ SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is n
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
-SOLVED = 0.6  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
+SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 SPOILED = 3.0  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
@@ -109,7 +109,7 @@ def _hidden_state(guise: Guise, evidence: Comparison) -> bool:
 
 
 def decided(evidence: Comparison) -> bool:
-    """True where free runs have no say: sample by sample, all data are far likelier and much latent force is gone.
+    """True where free runs have no say: sample by sample, all data are far likelier and most latent force is gone.
 
     A light axis with much friction breaks away a little early or late, whatever the model: its free runs err by that.
     """

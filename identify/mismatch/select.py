@@ -39,6 +39,7 @@ MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
 APART = 0.85  # of the one-second error on unseen data: a twin that leaves more of it may be the same effect again
+LATE = {"actuator_lag", "dead_time"}  # together they may be one lag of a higher order
 CERTAIN, BETTER = 4.0, 0.7  # z, and share of the errors of free runs: what has little evidence but this is not the same
 FEW = 0.4  # of the samples: an effect that acts in more does not act in few places
 MENDS = 0.7  # of the evidence from where a named effect acts: no second one, but how imperfectly the first is known
@@ -186,17 +187,19 @@ def _of_its_own(step: Step, before: Fit, near: Near, taken: set[str], so_far: fl
         return step
     kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
-    faint = step.evidence.z < Z or not (_improves(step.evidence) if little else step.evidence.unseen <= APART)
+    enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
+    faint = step.evidence.z < Z or not enough
     if not local and not (kin and faint) and not (little and step.guise.stiff):
         return step
     whose = local[0] if local else min(kin or taken)
     return replace(step, refused=f"it may stand in for how {whose} differs from the catalogue's")
 
 
-def _improves(evidence: Comparison) -> bool:
-    """Whether a step with little evidence predicts so much better that it is more than how a shape differs."""
+def _improves(evidence: Comparison, kin: set[str]) -> bool:
+    """Whether a step with little evidence beside its `kin` predicts so much better that it mends more than a shape."""
     both = math.sqrt(evidence.free_run * evidence.unseen)
-    return evidence.unseen <= PROVEN or (evidence.z > CERTAIN and both < BETTER and evidence.foreseen > FORESEEN)
+    better = evidence.z > CERTAIN and both < BETTER and evidence.foreseen > FORESEEN
+    return evidence.unseen <= PROVEN or (better and not kin & LATE)
 
 
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
