@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -94,7 +94,7 @@ class Conclusion:
     progress: Tell
     plain: Fit
 
-    @cached_property
+    @functools.cached_property
     def final(self) -> Fit:
         """The chosen model after its last polish: what is reported of it."""
         return self._finished(self.selection.chosen)
@@ -104,7 +104,7 @@ class Conclusion:
         self.progress(Doing(Stage.CONCLUSION, "last polish"))
         return finished(chosen, self.evidence.held_out, self.setting.native_time or self.setting.sample_time)
 
-    @cached_property
+    @functools.cached_property
     def constant(self) -> Constant | None:
         """The constant force, where it earned a name beside the chosen effects."""
         chosen = self.selection.chosen
@@ -113,7 +113,7 @@ class Conclusion:
         so_far = price(self.selection.baseline) - price(chosen)
         return constant_force(chosen, self.ways, rest, so_far)
 
-    @cached_property
+    @functools.cached_property
     def left(self) -> list[Structure]:
         """Nameless structure beside the chosen effects, the most evident first."""
         self.progress(Doing(Stage.CONCLUSION, "what is left"))
@@ -139,18 +139,30 @@ class Conclusion:
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
-        past = fairest_ratio(self.plain, final, self.evidence.held_out)
-        still = self.selection.chosen.latent_force > STILL * self.selection.baseline.latent_force
+        past = fairest_ratio(self._everyday, final, self.evidence.held_out)
+        still = self.selection.chosen.latent_force > STILL * self._bare.latent_force
         return self._share(final) < (CLEARLY if still else WORTH) or past < enough
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
-        return self._held_out(fitted) / max(self._held_out(self.plain), 1e-300)
+        return self._held_out(fitted) / max(self._held_out(self._everyday), 1e-300)
 
-    @cached_property
+    @functools.cached_property
+    def _bare(self) -> Fit:
+        """The model without effects: the baseline, with the shift of the clock that is no effect."""
+        if not self.selection.shift:
+            return self.selection.baseline
+        return functools.reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
+
+    @property
+    def _everyday(self) -> Fit:
+        """What names must predict better than: the baseline everybody would fit, or one with that shift."""
+        return self._bare if self.selection.shift else self.plain
+
+    @functools.cached_property
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
-        baseline, chosen = self.selection.baseline, self.selection.chosen
+        baseline, chosen = self._bare, self.selection.chosen
         if self._held_out(self.final) > USELESS:
             return False
         before, after = baseline.latent_force, chosen.latent_force
@@ -171,10 +183,10 @@ class Conclusion:
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
         return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
 
-    @cached_property
+    @functools.cached_property
     def _gained(self) -> Comparison:
         """What speaks for the chosen effects together."""
-        return compare(self.selection.baseline, self.selection.chosen, self.evidence.held_out)
+        return compare(self._bare, self.selection.chosen, self.evidence.held_out)
 
     @property
     def _odder(self) -> bool:
@@ -183,24 +195,24 @@ class Conclusion:
         odd = [step.fit for step in steps if step.misplaced and len(step.fit.names) <= len(chosen.names)]
         return any(cost(one) < cost(chosen) - TIED_BIC for one in odd)
 
-    @cached_property
+    @functools.cached_property
     def explains(self) -> bool:
         """Whether there is something to name, and its name is worth the risk."""
         if not self.selection.steps:
             return self._offset_named
         return self.stands and self.pays() and bool(self.named)
 
-    @cached_property
+    @functools.cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
         return self._held_out(self.plain) > TORN * self.own
 
-    @cached_property
+    @functools.cached_property
     def own(self) -> float:
         """One-second error on the held-out data of the baseline fitted to them. [1]."""
         return fit_baseline(self.evidence.held_out, self.axis, self.seed).short_run()
 
-    @cached_property
+    @functools.cached_property
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name."""
         offset = self.constant
@@ -208,14 +220,14 @@ class Conclusion:
             return False
         return self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
 
-    @cached_property
+    @functools.cached_property
     def nameless(self) -> list[Structure]:
         """What a baseline that nothing is named beside leaves, the most evident first."""
         if self.selection.steps:
-            return structures(self.selection.baseline, self.evidence.held_out, suspicious=True)
+            return structures(self._bare, self.evidence.held_out, suspicious=True)
         return self.left or zero_jumps(self.evidence.train)
 
-    @cached_property
+    @functools.cached_property
     def verdict(self) -> Verdict:
         """The answer in a word."""
         if self.explains:
@@ -344,7 +356,7 @@ class Conclusion:
             share = best.force**2 / (best.force**2 + fitted.latent_force**2)
         return Location(best.coordinate, best.interval, share, best.p_value, others)
 
-    @cached_property
+    @functools.cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
         return tuple(effect for effect in self._effects if self._there(effect))
@@ -369,7 +381,7 @@ class Conclusion:
         found = self._effects if named and self.selection.steps else ()
         return tuple(_taken_into_account(effect) for effect in found if not self._there(effect))
 
-    @cached_property
+    @functools.cached_property
     def _effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
         chosen, final = self.selection.chosen, measured(self.final)
@@ -381,7 +393,7 @@ class Conclusion:
         for step in self.selection.steps:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
-            rest = without(chosen, guise) if len(self.selection.steps) > 1 else self.selection.baseline
+            rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
             lacking = unexplained(rest.problem, rest.x, self.evidence.train)
             share = 0.0
             if with_all is not None and lacking is not None:
