@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 from collections.abc import Sequence
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
     CLEAN,
     HELD_OUT,
+    LATE,
     PROVEN,
     TIED_BIC,
     Step,
@@ -64,7 +65,6 @@ ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells w
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
-LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}
 ORDERS = 3  # lags in series that a drive may have
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
@@ -94,7 +94,7 @@ class Conclusion:
     progress: Tell
     plain: Fit
 
-    @functools.cached_property
+    @cached_property
     def final(self) -> Fit:
         """The chosen model after its last polish: what is reported of it."""
         return self._finished(self.selection.chosen)
@@ -104,7 +104,7 @@ class Conclusion:
         self.progress(Doing(Stage.CONCLUSION, "last polish"))
         return finished(chosen, self.evidence.held_out, self.setting.native_time or self.setting.sample_time)
 
-    @functools.cached_property
+    @cached_property
     def constant(self) -> Constant | None:
         """The constant force, where it earned a name beside the chosen effects."""
         chosen = self.selection.chosen
@@ -113,7 +113,7 @@ class Conclusion:
         so_far = price(self.selection.baseline) - price(chosen)
         return constant_force(chosen, self.ways, rest, so_far)
 
-    @functools.cached_property
+    @cached_property
     def left(self) -> list[Structure]:
         """Nameless structure beside the chosen effects, the most evident first."""
         self.progress(Doing(Stage.CONCLUSION, "what is left"))
@@ -147,19 +147,19 @@ class Conclusion:
         """One-second error on unseen data over the baseline's. [1]."""
         return self._held_out(fitted) / max(self._held_out(self._everyday), 1e-300)
 
-    @functools.cached_property
+    @cached_property
     def _bare(self) -> Fit:
         """The model without effects: the baseline, with the shift of the clock that is no effect."""
         if not self.selection.shift:
             return self.selection.baseline
-        return functools.reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
+        return reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
 
     @property
     def _everyday(self) -> Fit:
         """What names must predict better than: the baseline everybody would fit, or one with that shift."""
         return self._bare if self.selection.shift else self.plain
 
-    @functools.cached_property
+    @cached_property
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self._bare, self.selection.chosen
@@ -183,7 +183,7 @@ class Conclusion:
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
         return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
 
-    @functools.cached_property
+    @cached_property
     def _gained(self) -> Comparison:
         """What speaks for the chosen effects together."""
         return compare(self._bare, self.selection.chosen, self.evidence.held_out)
@@ -195,24 +195,24 @@ class Conclusion:
         odd = [step.fit for step in steps if step.misplaced and len(step.fit.names) <= len(chosen.names)]
         return any(cost(one) < cost(chosen) - TIED_BIC for one in odd)
 
-    @functools.cached_property
+    @cached_property
     def explains(self) -> bool:
         """Whether there is something to name, and its name is worth the risk."""
         if not self.selection.steps:
             return self._offset_named
         return self.stands and self.pays() and bool(self.named)
 
-    @functools.cached_property
+    @cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
         return self._held_out(self.plain) > TORN * self.own
 
-    @functools.cached_property
+    @cached_property
     def own(self) -> float:
         """One-second error on the held-out data of the baseline fitted to them. [1]."""
         return fit_baseline(self.evidence.held_out, self.axis, self.seed).short_run()
 
-    @functools.cached_property
+    @cached_property
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name."""
         offset = self.constant
@@ -220,14 +220,14 @@ class Conclusion:
             return False
         return self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
 
-    @functools.cached_property
+    @cached_property
     def nameless(self) -> list[Structure]:
         """What a baseline that nothing is named beside leaves, the most evident first."""
         if self.selection.steps:
             return structures(self._bare, self.evidence.held_out, suspicious=True)
         return self.left or zero_jumps(self.evidence.train)
 
-    @functools.cached_property
+    @cached_property
     def verdict(self) -> Verdict:
         """The answer in a word."""
         if self.explains:
@@ -356,7 +356,7 @@ class Conclusion:
             share = best.force**2 / (best.force**2 + fitted.latent_force**2)
         return Location(best.coordinate, best.interval, share, best.p_value, others)
 
-    @functools.cached_property
+    @cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
         return tuple(effect for effect in self._effects if self._there(effect))
@@ -381,7 +381,7 @@ class Conclusion:
         found = self._effects if named and self.selection.steps else ()
         return tuple(_taken_into_account(effect) for effect in found if not self._there(effect))
 
-    @functools.cached_property
+    @cached_property
     def _effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
         chosen, final = self.selection.chosen, measured(self.final)

@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 
 from identify.mismatch.result import Quantity
+from identify.mismatch.rules import LATE
 
 SIZE = 0.03  # relative: no size is better known
 CURVED = 0.1  # relative: nor is what says how a curve bends
@@ -19,7 +20,6 @@ MIDDLE = 0.1  # of its width: no defect's centre is better known: it need not be
 SUDDEN = 0.03  # s: no step's moment is better known: it takes a while
 CURVES = {"width", "damping", "bristle_damping", "gap", "relative_drop"}
 BENT = {("end_stop", "stiffness"), ("thermal_drift", "time_constant"), ("dwell_time_stiction", "time_constant")}
-LATE = {"actuator_lag", "dead_time"}
 
 
 def no_better(effect: str, values: dict[str, Quantity], stamped: float) -> dict[str, Quantity]:

@@ -35,6 +35,7 @@ CLEAN = 0.013  # of the dry friction: latent force of a complete model, at most
 LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
+LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 LIKELY_BUT = ("its force of", "a parameter ended", "its size of")  # reasons a likely effect is refused

@@ -17,6 +17,7 @@ from identify.mismatch.rules import (
     BIC_STRONG,
     CLEAN,
     FORESEEN,
+    LATE,
     LESSER,
     PROVEN,
     TIED_BIC,
@@ -39,7 +40,6 @@ MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
 APART = 0.85  # of the one-second error on unseen data: a twin that leaves more of it may be the same effect again
-LATE = {"actuator_lag", "dead_time"}  # together they may be one lag of a higher order
 CERTAIN, BETTER = 4.0, 0.7  # z, and share of the errors of free runs: what has little evidence but this is not the same
 FEW = 0.4  # of the samples: an effect that acts in more does not act in few places
 MENDS = 0.7  # of the evidence from where a named effect acts: no second one, but how imperfectly the first is known
@@ -199,7 +199,7 @@ def _improves(evidence: Comparison, kin: set[str]) -> bool:
     """Whether a step with little evidence beside its `kin` predicts so much better that it mends more than a shape."""
     both = math.sqrt(evidence.free_run * evidence.unseen)
     better = evidence.z > CERTAIN and both < BETTER and evidence.foreseen > FORESEEN
-    return evidence.unseen <= PROVEN or (better and not kin & LATE)
+    return evidence.unseen <= PROVEN or (better and not kin & set(LATE))
 
 
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
