@@ -123,6 +123,7 @@ class Comparison:
         support: the same per unseen sample over the evidence per fitted one. [1]
         again: evidence of unseen data without the most favourable blocks. [1]
         lacking: ratio of the latent forces, richer over poorer. [1]
+        second: as `unseen`, over runs of a second, even where shorter ones tell more. [1]
     """
 
     bic: float
@@ -135,6 +136,7 @@ class Comparison:
     support: float = 1.0
     again: float = 0.0
     lacking: float = 1.0
+    second: float = 0.0
 
 
 def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
@@ -144,10 +146,10 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     price = extra * float(np.log(richer.problem.samples.used))
     sums = block_sums(gained)
     steady = price - 2.0 * _without_best(sums)
-    both = (
+    both = [
         (free_run_ratio(poorer, richer, None, length), free_run_ratio(poorer, richer, unseen, length))
         for length in run_lengths(poorer)
-    )
+    ]
     runs = min(both, key=math.prod)
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
@@ -155,7 +157,7 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     support = more / len(unseen) * len(gained) / max(-bic, 1.0)
     again = 2.0 * _without_best(block_sums(foreseen))
     lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
-    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again, lacking)
+    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1])
 
 
 def _without_best(sums: Floats) -> float:

@@ -218,7 +218,8 @@ def tied(winner: Step, rivals: list[Step]) -> list[Step]:
         apart = block_z(terms - rival.fit.terms())
         share = rival.evidence.bic / min(winner.evidence.bic, -1e-9)
         similar = distance < -KNOWN * winner.evidence.bic or (apart < TIED_Z and share > TIED_SHARE)
-        spoils = rival.evidence.unseen > HELD_OUT >= winner.evidence.unseen
+        worse, own = (max(one.evidence.unseen, one.evidence.second) for one in (rival, winner))
+        spoils = worse > HELD_OUT >= own
         if distance < TIED_BIC or (similar and not spoils):
             found.append(rival)
     return found
