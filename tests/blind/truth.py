@@ -44,11 +44,12 @@ def beside(case: Case) -> dict[str, float]:
 
     What is free in the baseline, and all numbers of the other effects, are fitted to the held-out samples without it.
     """
-    return {name: _without(case, name) / criterion(case) for name in case.plant.effects}
+    own = criterion(case)
+    return {name: _without(case, name, SHOWS * own) / own for name in case.plant.effects}
 
 
-def _without(case: Case, name: str) -> float:
-    """Least criterion of a machine that lacks one effect."""
+def _without(case: Case, name: str, enough: float) -> float:
+    """Least criterion of a machine that lacks one effect; nothing is fitted where it is below `enough`."""
     plant, axis = case.plant, case.axis["mechanics"]
     others = {other: values for other, values in plant.effects.items() if other != name}
     shapes = {other: shape for other, shape in plant.shapes.items() if other != name}
@@ -80,7 +81,7 @@ def _without(case: Case, name: str) -> float:
         return _errors(case, machine(x))
 
     first = errors(start)
-    if first @ first < SHOWS * criterion(case):
+    if first @ first < enough:
         return float(first @ first)
     found = least_squares(errors, start, bounds=(low, high), diff_step=0.01, max_nfev=TRIES)
     return float(2.0 * found.cost)
@@ -97,8 +98,8 @@ def _errors(case: Case, plant: ReferencePlant) -> np.ndarray:
     first = 0 if case.spec.recordings > 1 else round((1.0 - HELD_OUT) * len(t))
     mean = float(position[first:].mean())
     noise = _noise(position)
-    errors = []
-    for a, b in _pieces(t, first):
+    pieces, errors = _pieces(t, first), []
+    for a, b in pieces:
         y, v = _state(t, position, a, first, noise)
         own = slice(int(np.searchsorted(fine, t[a])), int(np.searchsorted(fine, t[b - 1])) + 2)
         stamps = np.concatenate([[t[a]], fine[own][fine[own] > t[a]]])
@@ -107,7 +108,7 @@ def _errors(case: Case, plant: ReferencePlant) -> np.ndarray:
                     step=5e-5 if stiff else STEP)  # fmt: skip
         predicted = np.interp(t[a:b], stamps, moved["position"])
         errors.append(np.nan_to_num(position[a:b] - predicted, nan=mean))
-    held_out = np.concatenate([position[a:b] for a, b in _pieces(t, first)])
+    held_out = np.concatenate([position[a:b] for a, b in pieces])
     return np.concatenate(errors) / max(float(np.linalg.norm(held_out - mean)), 1e-150)
 
 
