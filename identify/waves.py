@@ -13,6 +13,8 @@ Pustejovsky & Tipton 2018): a parameter that a single stroke tells gets the wide
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
@@ -45,9 +47,9 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     """
     size, turn = np.linalg.eigh(slope.T @ slope / variance + prior)
     root = turn / np.sqrt(np.maximum(size, size[-1] * 1e-15))
-    white = slope @ root / np.sqrt(variance)
-    score = np.sqrt(2.0 / variance) * cosine_sums(white * error[:, None], WAVES + 1)[1:]
-    seen = _seen(white)
+    root_white = root / np.sqrt(variance)
+    score = np.sqrt(2.0 / variance) * cosine_sums(slope * error[:, None], WAVES + 1)[1:] @ root_white
+    seen = _seen(root_white.T @ _products(slope, 2 * WAVES + 1) @ root_white)
     own = np.arange(WAVES)
     share, axes = np.linalg.eigh(seen[own, own])
     correction = (axes / np.sqrt(np.maximum(share, LEAST_SEEN))[:, None, :]) @ axes.transpose(0, 2, 1)
@@ -61,16 +63,36 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     return np.asarray(moved.T @ moved / WAVES * np.outer(widen, widen), dtype=np.float64)
 
 
-def _seen(white: Floats) -> Floats:
+def _seen(gram: Floats) -> Floats:
     """Expected products of the scores of two waves, after a fit to white errors. (WAVES, WAVES, q, q)
 
-    The product of two waves is the mean of two waves: the transform of the products of the derivatives tells all.
+    The product of two waves is the mean of two waves: the sums of the products of the derivatives tell all.
 
     Args:
-        white: derivatives, whitened by the normal equations. (n, q)
+        gram: those sums of whitened derivatives, for each wave. (2 WAVES + 1, q, q)
     """
-    gram = cosine_sums(white[:, :, None] * white[:, None, :], 2 * WAVES + 1)
     number = np.arange(1, WAVES + 1)
     taken = np.sqrt(2.0) * gram[number]  # what the fit hides of each wave
     both = gram[number[:, None] + number] + gram[np.abs(number[:, None] - number)]
     return np.asarray(both - 2.0 * taken[:, None] @ taken + taken[:, None] @ (gram[0] @ taken), dtype=np.float64)
+
+
+def _products(slope: Floats, count: int) -> Floats:
+    """Sums of the products of the columns of slope (n, q) times `count` cosines as in `cosine_sums`. (count, q, q)
+
+    Where a run starts is an unknown that acts in that run alone: each stretch looks at the columns that act there.
+    """
+    size = len(slope)
+    used = slope != 0.0
+    first = np.where(used.any(axis=0), used.argmax(axis=0), size)
+    last = size - used[::-1].argmax(axis=0)
+    angle = np.pi * (np.arange(size) + 0.5) / size
+    found = np.zeros((count, slope.shape[1], slope.shape[1]))
+    for start, end in itertools.pairwise(np.unique(np.concatenate([[0, size], first, last])).tolist()):
+        active = np.flatnonzero((first < end) & (last > start))
+        waves = np.cos(np.arange(count)[:, None] * angle[start:end])
+        part = slope[start:end, active]
+        pairs = (part[:, :, None] * part[:, None, :]).reshape(end - start, -1)
+        sums = np.einsum("wn,nk->wk", waves, pairs)
+        found[:, active[:, None], active] += sums.reshape(count, len(active), len(active))
+    return found

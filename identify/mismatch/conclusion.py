@@ -57,6 +57,7 @@ CONFIRMED = 0.25  # of the error on unseen data: names that leave no more need n
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
+LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
 CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was
@@ -145,7 +146,12 @@ class Conclusion:
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
-        return self._held_out(fitted) / max(self._held_out(self._everyday), 1e-300)
+        return self._held_out(fitted) / max(self._to_beat, 1e-300)
+
+    @cached_property
+    def _to_beat(self) -> float:
+        """One-second error on unseen data of the baseline, before or after a last polish: no effect of the names. [1]."""
+        return min(self._held_out(self._everyday), self._held_out(self._finished(self._everyday)))
 
     @cached_property
     def _bare(self) -> Fit:
@@ -181,7 +187,9 @@ class Conclusion:
         if share < PROVEN:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
-        return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in self.left)
+        little = LITTLE * min(step.acting for step in self.selection.steps) if share < PROVEN else 0.0
+        left = [s for s in self.left if not 0.0 < s.force < little]
+        return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in left)
 
     @cached_property
     def _gained(self) -> Comparison:
@@ -201,6 +209,15 @@ class Conclusion:
         if not self.selection.steps:
             return self._offset_named
         return self.stands and self.pays() and bool(self.named)
+
+    def or_constant(self) -> Conclusion:
+        """This, or, where its names gain too little, the constant force that explains something without them."""
+        if not self.selection.steps or self.explains or not self.stands:
+            return self
+        bare = self.selection.baseline
+        opening = self.selection.opening
+        alone = dataclasses.replace(self, selection=Selection(bare, bare, rivals=[opening], opening=opening))
+        return alone if alone.explains else self
 
     @cached_property
     def torn(self) -> bool:

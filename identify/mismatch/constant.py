@@ -10,7 +10,7 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import LESSER, SAME, TIED_BIC, beyond, constant_of, price
+from identify.mismatch.rules import KNOWN, SAME, TIED_BIC, beyond, constant_of, price
 from identify.mismatch.score import extend
 
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
@@ -54,7 +54,7 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     if not found:
         return None
     least = min(price(reading) for reading in found.values())
-    close = least + max(TIED_BIC, LESSER * so_far)
+    close = least + max(TIED_BIC, KNOWN * so_far)
     names = tuple(name for name in READINGS if name in found and price(found[name]) < close)
     best = found[names[0]]
     guise = next(guise for guise in best.problem.guises if guise.name == names[0])

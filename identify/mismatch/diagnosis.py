@@ -115,7 +115,8 @@ def _selected(
     if again is not None:
         evidence, baseline = again
         setting, ways, selection = _search(evidence, baseline, native, progress)
-    return Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress, selection.baseline)
+    found = Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress, selection.baseline)
+    return found.or_constant()
 
 
 def _known_before(found: Conclusion | Diagnosis) -> Conclusion | Diagnosis:

@@ -87,7 +87,7 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
-    odd = guise.oddity(fitted.x[fitted.problem.slot(guise)]) or _too_soft(fitted, guise)
+    odd = guise.oddity(fitted.x[fitted.problem.slot(guise)]) or _too_soft(fitted, guise) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
     return odd
@@ -102,6 +102,17 @@ def _too_soft(fitted: Fit, guise: Guise) -> str | None:
     if value >= SOFTEST * stiffness.low:
         return None
     return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
+
+
+def _too_lasting(fitted: Fit, guise: Guise) -> str | None:
+    """Why stiction does not grow at rest: contacts break within less than what follows the rest here; or None."""
+    if guise.name != "dwell_time_stiction":
+        return None
+    last = fitted.problem.slot(guise).start + guise.size - 1
+    slip = guise.unknowns[-1]
+    if fitted.x[last] < fitted.problem.bounds[1][last] - 1e-6:
+        return None
+    return f"its size of {slip.high:.2g} of slip is on its bound: what follows the rest is no broken contact"
 
 
 def _hidden_state(guise: Guise, evidence: Comparison) -> bool:

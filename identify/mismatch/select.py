@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from identify.mismatch.bends import bend
 from identify.mismatch.compare import Comparison, Fit, compare, fit, trimmed
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
@@ -35,9 +36,11 @@ from identify.mismatch.rules import (
 from identify.preprocess import Samples
 
 Near = Callable[[Guise], Bools | None]
+Bends = Callable[[str], float]
 
 MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
+MINOR = 0.5  # of the evidence so far: what has more is no matter of how the first effect's curve bends
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
 APART = 0.85  # of the one-second error on unseen data: a twin that leaves more of it may be the same effect again
 CERTAIN, BETTER = 4.0, 0.7  # z, and share of the errors of free runs: what has little evidence but this is not the same
@@ -160,7 +163,8 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
             continue
         so_far = price(selection.baseline) - price(current)
         near = functools.cache(functools.partial(acting, current.problem, current.x))
-        steps = [_of_its_own(step, current, near, taken, so_far) for step in steps]
+        bends = functools.cache(functools.partial(bend, current))
+        steps = [_of_its_own(step, current, near, bends, taken, so_far) for step in steps]
         best = best_of(steps)
         if best is None and looks <= MOST_LOOKS and price(before) - price(current) > TIED_BIC:
             continue  # what is left looks different from a fit so much better
@@ -177,11 +181,12 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
     return selection
 
 
-def _of_its_own(step: Step, before: Fit, near: Near, taken: set[str], so_far: float) -> Step:
+def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[str], so_far: float) -> Step:
     """The step on top of `before`, refused where it only mends the shape of an effect that is `taken` already.
 
     What mends a shape is a twin of the effect, has its evidence where the effect acts, if that is in few places, or has
-    a state of its own that nobody sees: a little spring mends anything.
+    a state of its own that nobody sees: a little spring mends anything. Nor is it needed where the effect's own curve
+    would take as much if it might bend.
     """
     if step.refused is not None or not taken:
         return step
@@ -189,9 +194,10 @@ def _of_its_own(step: Step, before: Fit, near: Near, taken: set[str], so_far: fl
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
     enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
     faint = step.evidence.z < Z or not enough
-    if not local and not (kin and faint) and not (little and step.guise.stiff):
+    bent = [name for name in sorted(taken) if -step.evidence.bic < MINOR * so_far and bends(name) > -step.evidence.bic]
+    if not local and not (kin and faint) and not (little and step.guise.stiff) and not bent:
         return step
-    whose = local[0] if local else min(kin or taken)
+    whose = (local or bent)[0] if local or bent else min(kin or taken)
     return replace(step, refused=f"it may stand in for how {whose} differs from the catalogue's")
 
 
@@ -237,10 +243,11 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         taken = {s.guise.name for s in selection.steps if s is not step}
         offered = [guise for guise in guises if guise.name in twins - taken]
         rest, tried = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
-        steps = [s for s in tried if s.refused is None]
+        needed = max(-BIC, LESSER * (price(selection.baseline) - price(rest)))
+        steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
         evidence = compare(rest, selection.chosen, unseen)
         index = selection.steps.index(step)
-        if not steps and evidence.bic > BIC:
+        if not steps and -evidence.bic < needed:
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
             continue

@@ -51,7 +51,7 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
         if len(knots) < 4 or np.ptp(knots) <= 0:
             continue
         for sign in kinds:
-            yield Probe(name, _hats(x, knots) * sign[0], _hats(theirs[name], knots) * sign[-1], knots)
+            yield Probe(name, hats(x, knots) * sign[0], hats(theirs[name], knots) * sign[-1], knots)
     for name in ("motor_angle", "pulley_angle"):
         if np.ptp(ours["position"]) < 2 * np.pi * (axis.mechanics.Rm if name == "motor_angle" else axis.mechanics.Rc):
             continue
@@ -59,7 +59,7 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
             yield Probe(name, _turns(ours[name]) * sign[0], _turns(theirs[name]) * sign[-1], np.array([0, 2 * np.pi]))
 
 
-def _hats(x: Floats, knots: Floats) -> Floats:
+def hats(x: Floats, knots: Floats) -> Floats:
     """Straight-line interpolation between knots (q,): the share of each at x (n,). (n, q)"""
     return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
