@@ -49,7 +49,7 @@ def wave_scatter(error: Floats, slope: Floats, variance: float, prior: Floats) -
     root = turn / np.sqrt(np.maximum(size, size[-1] * 1e-15))
     root_white = root / np.sqrt(variance)
     score = np.sqrt(2.0 / variance) * cosine_sums(slope * error[:, None], WAVES + 1)[1:] @ root_white
-    seen = _seen(root_white.T @ _products(slope, 2 * WAVES + 1) @ root_white)
+    seen = _seen(root_white.T @ cosine_products(slope, 2 * WAVES + 1) @ root_white)
     own = np.arange(WAVES)
     share, axes = np.linalg.eigh(seen[own, own])
     correction = (axes / np.sqrt(np.maximum(share, LEAST_SEEN))[:, None, :]) @ axes.transpose(0, 2, 1)
@@ -77,7 +77,7 @@ def _seen(gram: Floats) -> Floats:
     return np.asarray(both - 2.0 * taken[:, None] @ taken + taken[:, None] @ (gram[0] @ taken), dtype=np.float64)
 
 
-def _products(slope: Floats, count: int) -> Floats:
+def cosine_products(slope: Floats, count: int) -> Floats:
     """Sums of the products of the columns of slope (n, q) times `count` cosines as in `cosine_sums`. (count, q, q)
 
     Where a run starts is an unknown that acts in that run alone: each stretch looks at the columns that act there.

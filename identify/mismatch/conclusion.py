@@ -47,6 +47,7 @@ from identify.mismatch.rules import (
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
+from identify.mismatch.wandering import ONCE
 from plant.axis import Axis
 from plant.effects import find
 from plant.recording import Recording
@@ -150,7 +151,7 @@ class Conclusion:
 
     @cached_property
     def _to_beat(self) -> float:
-        """One-second error on unseen data of the baseline, before or after a last polish: no effect of the names. [1]."""
+        """The same of the baseline, before or after a last polish, which is no effect of the names. [1]."""
         return min(self._held_out(self._everyday), self._held_out(self._finished(self._everyday)))
 
     @cached_property
@@ -381,8 +382,9 @@ class Conclusion:
     def _there(self, effect: FoundEffect) -> bool:
         """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
 
-        A lag makes data likelier where the stamps of the two channels are apart, too. What was large enough to be named
-        while another effect was missing may not be once that is found.
+        A lag makes data likelier where the stamps of the two channels are apart, too, and friction that wanders is
+        predicted better from any moment on. What was large enough to be named while another effect was missing may not
+        be once that is found.
         """
         guise = self.final.problem.guise(effect.name)
         if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None:
@@ -391,7 +393,7 @@ class Conclusion:
             return True
         step = next(step for step in self.selection.steps if step.guise.name == effect.name)
         alone = len(self.selection.steps) == 1 and self._share(self.final) < PROVEN
-        return effect.name not in LATE and (foretold(step.evidence) or alone)
+        return effect.name not in LATE and (foretold(step.evidence) or (alone and effect.name not in ONCE))
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         """What is said of an effect in the model that is not among the `named` ones."""

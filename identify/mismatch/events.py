@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import (
     AGREED,
     EVIDENCE,
+    HELD_OUT,
     SMALLEST,
     Structure,
     gained,
@@ -19,6 +22,7 @@ from identify.mismatch.nameless import (
     net_force,
 )
 from identify.mismatch.probes import View, shape_of
+from identify.mismatch.shapes import hats
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
@@ -29,6 +33,10 @@ EVENT = 16.0  # evidence that each window of an event must bring on average: fri
 STANDS_OUT = 4.0  # times the usual evidence of a window
 ALONE = 0.65  # of all windows' evidence that one stretch of time must hold
 LONGEST = 0.3  # of the recording: a stretch of time that is longer is no event
+SLOW = 1.5  # s between the knots of a force that wanders
+MOST_KNOTS = 40
+WANDERS = 0.06  # of the dry friction, rms: friction itself wanders by less
+SPELL = 0.6  # of the evidence for any slow force: one equal spell with so much is where it acts
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
 OUTBREAK = 9.0  # times the usual residual force, squared
@@ -79,6 +87,62 @@ def stretch(view: View) -> Structure | None:
         return None
     interval = float(centres[low] - 0.5 * SHORT), float(centres[high - 1] + 0.5 * SHORT)
     return Structure("time", interval, best, float(np.sqrt(best / (high - low))), force)
+
+
+@dataclass(frozen=True, slots=True)
+class _Slow:
+    """A force that changes slowly: evidence [1], rms past friction [N]; when it acts [s], where it is one spell."""
+
+    evidence: float
+    force: float
+    spell: tuple[float, float] | None
+
+
+def wandering(here: View, there: View) -> Structure | None:
+    """A force, or dry friction, that comes and goes slowly, in unseen data too; or once, for a spell.
+
+    It must be far larger than friction wanders anyway, and explain more than the likeliest observer follows by itself.
+    """
+    ours = max((_slow(here, against) for against in (False, True)), key=lambda one: one.evidence)
+    if ours.evidence < EVIDENCE or ours.force < WANDERS * here.fit.dry_level:
+        return None
+    sure = ours.evidence
+    if ours.spell is None:
+        sure = max(_slow(there, against).evidence for against in (False, True))
+        if sure < HELD_OUT:
+            return None
+    t = here.fit.problem.samples.t
+    interval = ours.spell or (float(t.min()), float(t.max()))
+    return Structure("time", interval, ours.evidence, float(np.sqrt(sure)), ours.force)
+
+
+def _slow(view: View, against: bool) -> _Slow:
+    """The slow force that a view asks for, or the one `against` the motion."""
+    samples = view.fit.problem.samples
+    first, last = float(samples.t.min()), float(samples.t.max())
+    knots = np.linspace(first, last, int(np.clip((last - first) / SLOW, 6, MOST_KNOTS)))
+    forces = hats(samples.t, knots)
+    if against:
+        forces = forces * coordinates(samples, view.fit.problem.axis)["direction"][:, None]
+    seen = view.responses(forces)
+    shape = shape_of(view, seen)
+    gain, start, end = _spell(seen, view.error)
+    spell = None
+    if likelier(view, gain / view.variance) > SPELL * shape.evidence:
+        edges = np.concatenate([[first], 0.5 * (knots[1:] + knots[:-1]), [last]])
+        spell = (float(edges[start]), float(edges[end]))
+    return _Slow(shape.evidence, net_force(view, forces @ shape.weights), spell)
+
+
+def _spell(seen: Floats, error: Floats) -> tuple[float, int, int]:
+    """The equal neighbouring columns of seen (n, q) that take most from the squares of error (n,): how much, which."""
+    along = np.concatenate([[0.0], np.cumsum(seen.T @ error)])
+    size = np.pad(np.cumsum(np.cumsum(seen.T @ seen, axis=0), axis=1), ((1, 0), (1, 0)))
+    own = np.diag(size)
+    power = own[:, None] + own - size - size.T
+    gain = np.where(power > 0.0, (along[:, None] - along) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
+    start, end = np.unravel_index(int(np.argmax(np.triu(gain, 1))), gain.shape)
+    return float(gain[start, end]), int(start), int(end)
 
 
 def burst(fit: Fit) -> Structure | None:

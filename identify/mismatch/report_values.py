@@ -57,7 +57,7 @@ def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> d
     other = {} if second is None else _on_scale(second, guise)
     found = {}
     for name, (value, unit, at, half) in own.items():
-        if name in other:
+        if name in other and name != "time":  # unseen data have another clock, or none of the moment
             _, _, there, half_there = other[name]
             beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
             half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))

@@ -11,7 +11,7 @@ from identify.identification import fit, identify_friction
 from identify.preprocess import prepare
 from identify.profile import alternatives
 from identify.uncertainty import uncertainty
-from identify.waves import NORMAL, wave_scatter
+from identify.waves import NORMAL, cosine_products, cosine_sums, wave_scatter
 from tests.identify.studies.coverage import CASES, binomial, study
 from tests.identify.studies.machines import Setting, coloured_noise, draw_case
 
@@ -43,6 +43,18 @@ def test_nineteen_of_twenty_intervals_hold_the_truth_whatever_the_correlation(co
     held = (errors < widths).mean(axis=0)
     assert np.all(held > binom.ppf(1e-4, REPEATS, 0.95) / REPEATS)
     assert np.all(held < binom.ppf(1 - 1e-4, REPEATS, 0.95) / REPEATS)
+
+
+def test_columns_that_act_in_one_run_alone_are_summed_as_all_others():
+    """A recording with gaps has two unknowns for the start of each run, zero everywhere else."""
+    rng = np.random.default_rng(4)
+    slope = rng.standard_normal((900, 3 + 2 * 5 + 1))
+    for run in range(5):
+        slope[: 180 * run, 3 + 2 * run : 5 + 2 * run] = 0.0
+        slope[180 * run + 40 :, 3 + 2 * run : 5 + 2 * run] = 0.0
+    slope[:, -1] = 0.0
+    dense = cosine_sums(slope[:, :, None] * slope[:, None, :], 25)
+    assert np.allclose(cosine_products(slope, 25), dense, rtol=0.0, atol=1e-9)
 
 
 def test_what_a_single_stroke_tells_gets_a_wide_interval_that_holds():
