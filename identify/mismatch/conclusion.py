@@ -220,6 +220,11 @@ class Conclusion:
         alone = dataclasses.replace(self, selection=Selection(bare, bare, rivals=[opening], opening=opening))
         return alone if alone.explains else self
 
+    @property
+    def happened(self) -> bool:
+        """Whether what is left without a name is an event in time: no other data are needed to say that."""
+        return bool(self.nameless) and self.nameless[0].coordinate == "time"
+
     @cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""

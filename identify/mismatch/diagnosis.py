@@ -91,7 +91,7 @@ def conclude(
         )
         return _insufficient(recordings, axis, seed, reason)
     found = _known_before(_selected(recordings, gathered, axis, doubtful, seed, progress))
-    if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED or not found.torn:
+    if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED or found.happened or not found.torn:
         return found
     again = gather(recordings, axis, in_time=True)
     more = _known_before(_selected(recordings, again, axis, doubtful, seed, progress))

@@ -12,6 +12,7 @@ from identify.mismatch.probes import View
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the named change's evidence: if another step has this much, friction wanders
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
+EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 ONCE = ("step_change", "thermal_drift")
 
@@ -29,9 +30,13 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     view = View.of(fitted, fitted.found.gain)
     samples = view.foreseen()
     direction = coordinates(samples, fitted.problem.axis)["direction"]
-    moments = np.linspace(0.0, float(samples.t.max()), MOMENTS + 2)[1:-1]
+    first, last = float(samples.t.min()), float(samples.t.max())
+    moments = np.linspace(first, last, MOMENTS + 2)[1:-1]
     if name == "step_change":
-        moments = moments[np.abs(moments - _moment(fitted)) > NEAR * float(samples.t.max())]
+        moment = _moment(fitted)
+        if not EDGE * (last - first) < moment - first < (1.0 - EDGE) * (last - first):
+            return f"friction steps at {moment:.3g} s, where the fitted data begin or end"
+        moments = moments[np.abs(moments - moment) > NEAR * (last - first)]
     seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
     most = max(gain_of_one(view, one) for one in seen.T)
     if most < max(MORE * evidence, CHANCE):

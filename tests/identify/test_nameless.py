@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 from identify.mismatch import sensor_errors
+from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _lags_in_series, _may_be_absent
+from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.events import _spell, wandering
 from identify.mismatch.guise import Guise, Setting, Unknown
+from identify.mismatch.probes import outlooks
 from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
@@ -20,8 +24,12 @@ from plant.axis_file import read_axis
 from plant.effects import find
 from plant.recording_files import read_recording_entry
 from tests.reference.cases import CaseSpec, draw_case, write_case
+from tests.second.cases import CaseSpec as SecondSpec
+from tests.second.cases import draw_case as draw_second
+from tests.second.cases import write_case as write_second
 
 TRAIN_SEED = 5500
+BRAKE_SEED = 2
 
 
 def recorded(folder, **spec):
@@ -210,10 +218,10 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     near = np.arange(1000) < 200
     before = Grown(np.zeros(1000), "end_stop")
 
-    def second(gained, name="inertia_error", stiff=False, **weighed):
+    def second(gained, name="inertia_error", stiff=False, bend=0.0, **weighed):
         evidence = dataclasses.replace(Comparison(-300.0, 5.0, -200.0, 0.6, 0.6), **weighed)
         step = Step(Grown(gained), SimpleNamespace(name=name, stiff=stiff), evidence, 1.0, None)
-        return _of_its_own(step, before, lambda _: near, {"end_stop"}, 10_000.0).refused
+        return _of_its_own(step, before, lambda _: near, lambda _: bend, {"end_stop"}, 10_000.0).refused
 
     elsewhere, there = np.where(near, 0.0, 1.0), np.where(near, 1.0, 0.05)
     assert second(elsewhere) is None
@@ -222,6 +230,9 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     assert "end_stop differs" in second(elsewhere, name="torque_ripple")  # its twin
     assert second(elsewhere, name="torque_ripple", unseen=0.04) is None
     assert "end_stop differs" in second(elsewhere, name="transmission_compliance", stiff=True)
+    assert second(elsewhere, bend=299.0) is None
+    assert "end_stop differs" in second(elsewhere, bend=301.0)  # the first one's own curve would take as much
+    assert second(elsewhere, bend=9000.0, bic=-6000.0) is None  # more than half of all: no matter of a curve
 
 
 def setting_of(axis, **other):
@@ -300,6 +311,45 @@ def test_a_nuisance_may_end_on_its_bound():
     assert not edge(0.3, 0.2, 1.0)
     assert edge(1.0, 0.2, 0.5)
     assert edge(0.3, -1.0, 0.5)
+
+
+def test_what_lasts_long_after_a_rest_is_no_broken_contact():
+    """A film that friction rebuilds after each reversal decays over millimetres; stiction is over in a few tenths."""
+    names, one = ("stiction_rise", "time_constant", "slip"), np.ones(3)
+    guise = Guise(find("dwell_time_stiction"), tuple(Unknown(name, 1.0, -1.0, 1.0) for name in names), one[None])
+    problem = SimpleNamespace(slot=lambda _: slice(0, 3), bounds=(-one, one))
+    evidence = Comparison(-900.0, 6.0, -700.0, 0.5, 0.5, 400.0, 6.0)
+
+    def refused(slip):
+        fitted = SimpleNamespace(problem=problem, x=np.array([0.5, 0.2, slip]), dry_level=10.0)
+        return refusal(fitted, guise, evidence, 5.0)
+
+    assert refused(0.4) is None
+    assert "no broken contact" in refused(1.0)
+
+
+def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
+    rng = np.random.default_rng(3)
+    seen = rng.standard_normal((500, 12))
+    error = 0.3 * rng.standard_normal(500) - seen[:, 3:8].sum(axis=1)
+    gain, start, end = _spell(seen, error)
+    assert (start, end) == (3, 8)
+    assert gain == pytest.approx(float(error @ error), rel=0.1)
+
+
+@pytest.mark.parametrize(("kind", "names", "found"), [("outside", ("brake_interval",), True), ("rough", (), False)])
+def test_a_brake_that_drags_for_a_while_is_no_friction_that_wanders(tmp_path, kind, names, found):
+    """Both by the second simulator: the brake has its moments; a machine whose level wanders by 1-2 % is well."""
+    case = draw_second(np.random.default_rng([5, BRAKE_SEED]), SecondSpec(kind, names))
+    axis = read_axis(write_second(case, tmp_path))
+    evidence = gather([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+    evidence, baseline = read_torque(evidence, axis, False, 0)
+    seen = outlooks(baseline, baseline.on(evidence.held_out))[0]
+    slow = wandering(seen.here, seen.there)
+    assert (slow is not None) == found
+    if slow is not None:
+        start, end = case.labels["outside"]["interval"]
+        assert slow.interval == pytest.approx((start, end), abs=1.5)
 
 
 def drag_on_a_machine(coefficient):
