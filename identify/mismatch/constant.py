@@ -5,14 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import KNOWN, SAME, TIED_BIC, beyond, constant_of, price
+from identify.mismatch.rules import KNOWN, LESSER, SAME, TIED_BIC, allowed_constant, beyond, constant_of, price
 from identify.mismatch.score import extend
+from identify.polish import polish_all
 
+Floats = NDArray[np.float64]
+
+CONSTANT = 4  # place of the constant force among the unknowns
+ITERATIONS = 15
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
 # a payload weighs, a wrong scale weighs the weight, and under a weight friction that goes with the load is greater
@@ -27,7 +33,7 @@ class Constant:
     Attributes:
         fit: the model with it.
         effect: its likeliest name; `force_offset` where that is as likely.
-        names: all names that are as likely.
+        names: that, and all names that explain at least nine tenths as much.
     """
 
     fit: Fit
@@ -53,9 +59,12 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     found = {name: reading for name, reading in found.items() if not beyond(reading) and _sensible(reading, name)}
     if not found:
         return None
-    least = min(price(reading) for reading in found.values())
-    close = least + max(TIED_BIC, KNOWN * so_far)
-    names = tuple(name for name in READINGS if name in found and price(found[name]) < close)
+    cost = {name: price(found[name]) for name in READINGS if name in found}
+    least = min(cost.values())
+    own = price(_held(fitted, _at_most(fitted))) - price(fitted)
+    close = least + max(TIED_BIC, KNOWN * (so_far + own))
+    first = next(name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far))
+    names = (first, *(name for name in cost if name != first and cost[name] < close))
     best = found[names[0]]
     guise = next(guise for guise in best.problem.guises if guise.name == names[0])
     share = value**2 / (value**2 + rest**2)
@@ -87,7 +96,10 @@ def _sensible(reading: Fit, name: str) -> bool:
 
 
 def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
-    """The model with the constant force `value` [N] read as `guise`."""
+    """The model with the constant force `value` [N] read as `guise`.
+
+    The two stand for one another where nothing else tells the effect: what is left of the constant then is anything.
+    """
     mechanics = fitted.problem.axis.mechanics
     per_unit = {
         "force_offset": 1.0,
@@ -98,5 +110,21 @@ def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
     size = value / per_unit[guise.name]
     starts = np.array([[guise.unknowns[0].scaled(sign * size)] for sign in (1.0, -1.0)])
     problem, x = extend(fitted, guise, np.clip(starts, *guise.bounds()))
-    x[:, 4] = 0.0
-    return fit(problem, x)
+    x[:, CONSTANT] = 0.0
+    free = fit(problem, x)
+    return free if not beyond(free) else _held(free, x)
+
+
+def _at_most(fitted: Fit) -> Floats:
+    """The unknowns, with as much of the constant force as the axis file allows. (1, size)"""
+    x = fitted.x[None].copy()
+    most = allowed_constant(fitted.problem) / fitted.problem.scales.force
+    x[0, CONSTANT] = np.clip(x[0, CONSTANT], -most, most)
+    return x
+
+
+def _held(fitted: Fit, x: Floats) -> Fit:
+    """`fitted`, with the constant force kept where it is at the points x (k, size), from there."""
+    ends = polish_all(fitted.problem, x, fitted.found.gain, ITERATIONS, pinned=CONSTANT)
+    found = replace(fitted.found, x=ends.x[ends.best], criterion=float(ends.loss[ends.best]))
+    return Fit(fitted.problem, found)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.mismatch.compare import Comparison, Fit, block_z
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 
 BIC = -25.0  # evidence a name needs
@@ -169,11 +170,16 @@ def beyond(fitted: Fit) -> bool:
     problem = fitted.problem
     if not problem.gravity_known or SAME & set(fitted.names):
         return False
-    allowed = OFFSET_PRIOR * (problem.axis.drive.rated_force or problem.scales.force)
+    allowed = allowed_constant(problem)
     if abs(float(fitted.x[4])) * problem.scales.force <= allowed:
         return False
     value, half = constant_of(fitted)
     return abs(value) - half > allowed
+
+
+def allowed_constant(problem: ExtendedProblem) -> float:
+    """The constant force that the axis file allows. [N]."""
+    return OFFSET_PRIOR * (problem.axis.drive.rated_force or problem.scales.force)
 
 
 def constant_of(fitted: Fit) -> tuple[float, float]:
