@@ -11,13 +11,22 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import KNOWN, LESSER, SAME, TIED_BIC, allowed_constant, beyond, constant_of, price
+from identify.mismatch.rules import (
+    KNOWN,
+    LESSER,
+    SAME,
+    TIED_BIC,
+    allowed_constant,
+    beyond,
+    constant_of,
+    price,
+)
 from identify.mismatch.score import extend
 from identify.polish import polish_all
+from identify.promoted import CONSTANT
 
 Floats = NDArray[np.float64]
 
-CONSTANT = 4  # place of the constant force among the unknowns
 ITERATIONS = 15
 OFFSET_KNOWN = 0.5  # relative half-width of a constant force that may carry a name
 ONE_SIDED = {"torque_saturation"}  # against gravity a clip is felt in one direction: a constant mends its shape
@@ -65,8 +74,8 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     close = least + max(TIED_BIC, KNOWN * (so_far + own))
     first = next(name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far))
     names = (first, *(name for name in cost if name != first and cost[name] < close))
-    best = found[names[0]]
-    guise = next(guise for guise in best.problem.guises if guise.name == names[0])
+    best = found[first]
+    guise = next(guise for guise in best.problem.guises if guise.name == first)
     share = value**2 / (value**2 + rest**2)
     sizes = quantities(measured(best), guise)
     if guise.name == "force_offset":  # all of it, not only what is beyond the axis file

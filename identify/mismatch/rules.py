@@ -12,6 +12,7 @@ import numpy as np
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
+from identify.promoted import CONSTANT
 
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
@@ -171,7 +172,7 @@ def beyond(fitted: Fit) -> bool:
     if not problem.gravity_known or SAME & set(fitted.names):
         return False
     allowed = allowed_constant(problem)
-    if abs(float(fitted.x[4])) * problem.scales.force <= allowed:
+    if abs(float(fitted.x[CONSTANT])) * problem.scales.force <= allowed:
         return False
     value, half = constant_of(fitted)
     return abs(value) - half > allowed
@@ -186,8 +187,8 @@ def constant_of(fitted: Fit) -> tuple[float, float]:
     """The constant force and the half-width of its interval. [N]"""
     scale = fitted.problem.scales.force
     unit = np.zeros((1, len(fitted.x)))
-    unit[0, 4] = scale
-    return float(fitted.x[4] * scale), float(fitted.spread.half_widths(unit)[0])
+    unit[0, CONSTANT] = scale
+    return float(fitted.x[CONSTANT] * scale), float(fitted.spread.half_widths(unit)[0])
 
 
 def cost(fitted: Fit) -> float:
