@@ -73,7 +73,7 @@ def predict_machine(
         laws: active laws. (l, 4)
         structure: bits for two masses and bristles.
         drive: drive force of each sample as `plant.kernels.machine.load` takes it. [N] (n, 2 or 5, 1 or LANES)
-        position: measured. [m] (n,)
+        position: measured, by all candidates or by each its own. [m] (n, 1 or LANES)
         t: time since the start of the recording. [s] (n,)
         steps: time to the next sample; not used at the end of a run. [s] (n,)
         run: index of the run a sample belongs to, ascending. A run that the last one leads to, the step between them
@@ -87,7 +87,7 @@ def predict_machine(
         error: measured minus predicted position. [m] (n, LANES)
     """
     n, size = position.shape[0], block.shape[0]
-    own_force = drive.shape[2] == LANES
+    own_force, own_position = drive.shape[2] == LANES, position.shape[1] == LANES
     two, bristles = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0
     hidden = POSITION if observed == MOTOR_POSITION else MOTOR_POSITION
     side = -1.0 if observed == MOTOR_POSITION else 1.0
@@ -114,9 +114,8 @@ def predict_machine(
                 d[j] = 0.0
                 if bristles and not remembers:
                     b[BRISTLE + j] = _settled(b, j, carried)
-        measured = position[k]
         for j in range(LANES):
-            e = measured - b[observed + j] if valid[k] else 0.0
+            e = position[k, j if own_position else 0] - b[observed + j] if valid[k] else 0.0
             error[k, j] = e
             dy, dv = gain[0, j] * e, gain[1, j] * e
             b[POSITION + j] += dy

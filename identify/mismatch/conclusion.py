@@ -37,6 +37,7 @@ from identify.mismatch.rules import (
     PROVEN,
     TIED_BIC,
     Step,
+    at_edge,
     beyond,
     cost,
     decided,
@@ -54,14 +55,17 @@ from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
-CONFIRMED = 0.25  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
+CONFIRMED = 0.15  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
+LOUD = 0.03  # of the dry friction: latent force with which nothing stands that leaves more of that error than ...
+MOST = 0.25  # ... this
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was
+CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was; names that leave
+# more of it in all runs must at least make unseen data likelier, sample by sample
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
@@ -136,14 +140,17 @@ class Conclusion:
         Where most of the latent force is explained, sample by sample, free runs are not asked.
         """
         final = self.final
+        share = self._share(final)
         if decided(self._gained):
             return True
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
-            return self._share(final) < HELD_OUT  # the everyday baseline has the same force, without a name
+            return share < HELD_OUT  # the everyday baseline has the same force, without a name
+        if share >= CLEARLY and not foretold(self._gained):
+            return False
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
         past = fairest_ratio(self._everyday, final, self.evidence.held_out)
         still = self.selection.chosen.latent_force > STILL * self._bare.latent_force
-        return self._share(final) < (CLEARLY if still else WORTH) or past < enough
+        return share < (CLEARLY if still else WORTH) or past < enough
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
@@ -174,6 +181,8 @@ class Conclusion:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
+        if share > MOST and after > LOUD * baseline.dry_level:
+            return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
             if after > rest and after > KEPT * before:
@@ -392,7 +401,7 @@ class Conclusion:
         be once that is found.
         """
         guise = self.final.problem.guise(effect.name)
-        if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None:
+        if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None or at_edge(self.final, guise):
             return False
         if not _may_be_absent(effect):
             return True

@@ -153,10 +153,20 @@ class ExtendedProblem(FrictionProblem):
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
         """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
-        return self.pushed(x, gain, None)
+        return self.disturbed(x, gain)
 
-    def pushed(self, x: Floats, gain: Floats, push: Floats | None) -> Floats:
-        """Errors with a force `push` (n, m) on top of the drive's, held over each sample [N]. (n, m) [m]"""
+    def disturbed(self, x: Floats, gain: Floats, push: Floats | None = None, shift: Floats | None = None) -> Floats:
+        """Errors with a force `push` on top of the drive's, held over each sample, and a sensor that errs by `shift`.
+
+        Args:
+            x: candidates. (m, size)
+            gain: of the observer. (4,) or (4, m)
+            push: on top of the drive's force. [N] (n, m)
+            shift: on top of the measured position; what is known of the starts stays. [m] (n, m)
+
+        Returns:
+            prediction errors. [m] (n, m), a reused buffer
+        """
         m = len(x)
         blocks = self.blocks(x)
         count = len(blocks.b)
@@ -176,12 +186,15 @@ class ExtendedProblem(FrictionProblem):
             drive = self.drive(blocks.delay[fill[lanes]])
             if push is not None:
                 drive = _on_top(drive, push[:, fill[lanes]])
+            position = s.position[:, None]
+            if shift is not None:
+                position = np.ascontiguousarray(position + shift[:, fill[lanes]])
             predict_machine(
                 blocks.b[i],
                 blocks.laws,
                 blocks.structure,
                 drive,
-                s.position,
+                position,
                 s.t,
                 s.steps,
                 s.run,

@@ -69,7 +69,7 @@ class View:
             push = size * forces[:, k : k + LANES]
             lanes = np.repeat(self.x[None], push.shape[1], axis=0)
             with np.errstate(all="ignore"):
-                found[:, k : k + LANES] = (problem.pushed(lanes, self.gain, push) - start) / size
+                found[:, k : k + LANES] = (problem.disturbed(lanes, self.gain, push=push) - start) / size
         found = np.where(np.isfinite(found).all(axis=0), found, 0.0)
         whole = np.einsum("nq,nq->q", found, found)
         found -= self.basis @ (self.basis.T @ found)

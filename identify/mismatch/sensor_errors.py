@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +18,7 @@ from identify.mismatch.nameless import (
 )
 from identify.mismatch.probes import View
 from identify.preprocess import Samples
+from plant.kernels.laws import LANES
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +57,9 @@ def encoder_error(here: View, there: View) -> Structure | None:
 
 def _best_wave(view: View, numbers: Floats) -> tuple[float, float]:
     """The likeliest of `numbers` of waves per metre, and what it gains."""
-    gains = [gain_of_pair(view, _shifted(view, _ripples(view.foreseen(), number))) for number in numbers]
+    samples = view.foreseen()
+    seen = _shifted(view, np.concatenate([_ripples(samples, number) for number in numbers], axis=1))
+    gains = [gain_of_pair(view, pair) for pair in np.split(seen, len(numbers), axis=1)]
     top = int(np.argmax(gains))
     return float(numbers[top]), float(gains[top])
 
@@ -72,13 +73,13 @@ def _ripples(samples: Samples, number: float) -> Floats:
 def _shifted(view: View, shifts: Floats) -> Floats:
     """Change of the prediction errors per metre that the sensor errs by, a column each. [1] (n, q)"""
     problem, size = view.fit.problem, float(np.sqrt(view.variance))
-    start = problem.errors(view.x[None], view.gain)[:, 0].copy()
+    start = problem.errors(view.x[None], view.gain)[:, :1].copy()
     found = np.empty_like(shifts)
-    for k, shift in enumerate(shifts.T):
-        moved = dataclasses.replace(problem.samples, position=problem.samples.position + size * shift)
-        change = problem.on(moved, problem.first_state).errors(view.x[None], view.gain)[:, 0] - start
-        found[:, k] = (change - view.basis @ (view.basis.T @ change)) / size
-    return found
+    for k in range(0, shifts.shape[1], LANES):
+        shift = size * shifts[:, k : k + LANES]
+        lanes = np.repeat(view.x[None], shift.shape[1], axis=0)
+        found[:, k : k + LANES] = (problem.disturbed(lanes, view.gain, shift=shift) - start) / size
+    return np.asarray(found - view.basis @ (view.basis.T @ found), dtype=np.float64)
 
 
 def slip(view: View) -> Structure | None:
