@@ -17,10 +17,8 @@ from identify.promoted import CONSTANT
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
-SOFTEST = (
-    10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m); a softer one ...
-)
-ENDING = 0.2  # ... is none unless it begins so near the end of the travel, and proves itself on unseen data
+SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
+ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and proves itself on unseen data
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
@@ -92,11 +90,8 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
-    odd = (
-        guise.oddity(fitted.x[fitted.problem.slot(guise)])
-        or _too_soft(fitted, guise, evidence)
-        or _too_lasting(fitted, guise)
-    )
+    own = guise.oddity(fitted.x[fitted.problem.slot(guise)])
+    odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
     return odd
