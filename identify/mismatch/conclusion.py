@@ -56,9 +56,8 @@ from plant.recording import Recording
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 CONFIRMED = 0.15  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
-LOUD = 0.03  # of the dry friction: latent force with which nothing stands that leaves more of that error than ...
-MOST = 0.25  # ... this
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
+LOUD = 0.03  # of the dry friction: latent force beside which nothing stands that leaves more than that of the error
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
@@ -181,7 +180,7 @@ class Conclusion:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
-        if share > MOST and after > LOUD * baseline.dry_level:
+        if share > MUCH and after > LOUD * baseline.dry_level:
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)

@@ -328,7 +328,7 @@ def test_names_beside_which_much_force_and_error_are_left_do_not_stand(monkeypat
     stands = Conclusion.stands.func
     assert stands(weighed(0.67, 7.4, 0.2))
     assert not stands(weighed(0.67, 7.4, 0.45))
-    assert stands(weighed(0.14, 7.4, 0.45))
+    assert stands(weighed(0.45, 7.4, 0.45))
 
 
 def test_a_nuisance_may_end_on_its_bound():
