@@ -23,7 +23,7 @@ from identify.mismatch.floors import no_better
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
-from identify.mismatch.locate import COORDINATE, named_location
+from identify.mismatch.locate import COORDINATE, coordinates, named_location
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
@@ -31,12 +31,15 @@ from identify.mismatch.report_values import measured, quantities, second_opinion
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
+    BIC_STRONG,
     CLEAN,
     HELD_OUT,
     LATE,
     PROVEN,
+    SMALLEST,
     TIED_BIC,
     Step,
+    Z,
     at_edge,
     beyond,
     cost,
@@ -70,6 +73,7 @@ ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells w
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
+REACHED = 0.005, 0.995  # quantiles of a coordinate: where the axis has been
 ORDERS = 3  # lags in series that a drive may have
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
@@ -256,7 +260,22 @@ class Conclusion:
         """What a baseline that nothing is named beside leaves, the most evident first."""
         if self.selection.steps:
             return structures(self._bare, self.evidence.held_out, suspicious=True)
-        return self.left or zero_jumps(self.evidence.train)
+        return self.left or zero_jumps(self.evidence.train) or self._misfits
+
+    @property
+    def _misfits(self) -> list[Structure]:
+        """What an effect that may not be named would explain: something else acts along its coordinate.
+
+        A drag that is negative is none, but friction does bend over the speed where unseen data say so.
+        """
+        known, found = coordinates(self.evidence.train, self.axis), []
+        for step in self.selection.opening:
+            told, coordinate = step.evidence, COORDINATE.get(step.guise.name, "time")
+            felt = step.acting >= SMALLEST * step.fit.dry_level and (step.refused is None or step.misplaced)
+            if felt and told.bic < BIC_STRONG and told.z > Z and told.unseen < CLEARLY:
+                low, high = np.quantile(known[coordinate], REACHED)
+                found.append(Structure(coordinate, (float(low), float(high)), -told.bic, told.z, 0.0))
+        return sorted(found, key=lambda one: -one.evidence)
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -331,6 +331,29 @@ def test_names_beside_which_much_force_and_error_are_left_do_not_stand(monkeypat
     assert stands(weighed(0.45, 7.4, 0.45))
 
 
+def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
+    """Grease that thins out looks like a drag below zero: there is none, but friction bends over the speed."""
+    monkeypatch.setattr(conclusion, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
+    drag = SimpleNamespace(name="quadratic_drag")
+
+    def left(refused, unseen=0.1, acting=3.0, evidence=-800.0):
+        told = Comparison(evidence, 11.0, -700.0, 0.4, unseen, 120.0, 1.8)
+        step = Step(SimpleNamespace(dry_level=100.0), drag, told, 1.0, refused, acting)
+        opening = SimpleNamespace(opening=[step])
+        return Conclusion._misfits.fget(
+            SimpleNamespace(evidence=SimpleNamespace(train=None), axis=None, selection=opening)
+        )
+
+    (found,) = left("its size of -48 is negative, which is no quadratic drag")
+    assert found.coordinate == "velocity"
+    assert found.interval == pytest.approx((-0.99, 0.99))
+    assert left(None), "likelier ones kept it from being named"
+    assert not left("data it has not seen are predicted worse (1.10)")
+    assert not left("its size of -48 is negative", unseen=0.81), "curves of healthy machines differ so, too"
+    assert not left("its force of 0.1 is below 0.7", acting=0.1)
+    assert not left("its size of -4 is negative", evidence=-30.0)
+
+
 def test_a_nuisance_may_end_on_its_bound():
     """How far a contact slips until it is young again is told by nobody; how much it rose is."""
     names, one = ("stiction_rise", "time_constant", "slip"), np.ones(3)
