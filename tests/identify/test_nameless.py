@@ -120,7 +120,10 @@ def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(mo
     assert best_of([fair, step(-60.0)]) is fair
     assert best_of([fair, step(-200.0, refused="its force of 0.1 is below 0.5")]) is None
     assert best_of([fair, step(-110.0, refused="its force of 0.1 is below 0.5")]) is fair
-    assert best_of([fair, step(-200.0, refused="one-second predictions do not improve (1.10)")]) is fair
+    assert best_of([fair, step(-140.0, refused="one-second predictions do not improve (1.10)")]) is fair
+    assert best_of([fair, step(-180.0, refused="one-second predictions do not improve (1.10)")]) is None, (
+        "bristles with 1.8 times the evidence of a soft transmission: it was a gap"
+    )
     assert best_of([fair, step(-900.0, refused="one-second predictions do not improve (1.10)")]) is None
     assert best_of([step(-90.0, refused="the evidence comes from few places (z = 1.0)")]) is None
 
