@@ -23,7 +23,7 @@ from identify.mismatch.floors import no_better
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
-from identify.mismatch.locate import COORDINATE, coordinates, named_location
+from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
@@ -73,7 +73,6 @@ ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells w
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
-REACHED = 0.005, 0.995  # quantiles of a coordinate: where the axis has been
 ORDERS = 3  # lags in series that a drive may have
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
@@ -127,8 +126,11 @@ class Conclusion:
         """Nameless structure beside the chosen effects, the most evident first."""
         self.progress(Doing(Stage.CONCLUSION, "what is left"))
         chosen = self.selection.chosen
-        suspicious = not self.selection.steps and chosen.latent_force > CLEAN * chosen.dry_level
-        return structures(chosen, self.evidence.held_out, suspicious=suspicious)
+        steps, rivals = self.selection.steps, self.selection.rivals
+        suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
+        found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
+        beside = rivals[-1] if steps and len(rivals) > len(steps) else []
+        return sorted([*found, *self._misfits(beside, named_too=False)], key=lambda one: -one.evidence)
 
     @property
     def blind(self) -> bool:
@@ -258,23 +260,28 @@ class Conclusion:
     @cached_property
     def nameless(self) -> list[Structure]:
         """What a baseline that nothing is named beside leaves, the most evident first."""
-        if self.selection.steps:
-            return structures(self._bare, self.evidence.held_out, suspicious=True)
-        return self.left or zero_jumps(self.evidence.train) or self._misfits
+        left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
+        strange = self._misfits(self.selection.opening, named_too=False)
+        found = sorted([*left, *strange], key=lambda one: -one.evidence)
+        if found or self.selection.steps:
+            return found
+        return zero_jumps(self.evidence.train) or self._misfits(self.selection.opening)
 
-    @property
-    def _misfits(self) -> list[Structure]:
-        """What an effect that may not be named would explain: something else acts along its coordinate.
+    def _misfits(self, steps: Sequence[Step], *, named_too: bool = True) -> list[Structure]:
+        """What would be explained by physics that is in no catalogue, or (`named_too`) by an effect that is not named.
 
         A drag that is negative is none, but friction does bend over the speed where unseen data say so.
         """
-        known, found = coordinates(self.evidence.train, self.axis), []
-        for step in self.selection.opening:
-            told, coordinate = step.evidence, COORDINATE.get(step.guise.name, "time")
+        found = []
+        for step in steps:
+            told, strange = step.evidence, step.guise.depends
             felt = step.acting >= SMALLEST * step.fit.dry_level and (step.refused is None or step.misplaced)
-            if felt and told.bic < BIC_STRONG and told.z > Z and told.unseen < CLEARLY:
-                low, high = np.quantile(known[coordinate], REACHED)
-                found.append(Structure(coordinate, (float(low), float(high)), -told.bic, told.z, 0.0))
+            better = told.unseen < CLEARLY or (strange is not None and foretold(told))
+            if felt and told.bic < BIC_STRONG and told.z > Z and better and (named_too or strange is not None):
+                coordinate = strange or COORDINATE.get(step.guise.name, "time")
+                interval = reach(coordinate, self.evidence.train, self.axis)
+                like = step.guise.name if strange is not None else ""
+                found.append(Structure(coordinate, interval, -told.bic, told.z, 0.0, like))
         return sorted(found, key=lambda one: -one.evidence)
 
     @cached_property
@@ -318,7 +325,7 @@ class Conclusion:
         if verdict is Verdict.EXPLAINED:
             explanation = words.explained(effects, alternatives, held_chosen / max(held, 1e-300))
         elif verdict is Verdict.UNEXPLAINED:
-            explanation = words.unexplained(remaining, location)
+            explanation = words.unexplained(remaining, location, found[0].like if found else "")
         else:
             explanation = words.nothing_missing(remaining, hidden)
         wanted = [COORDINATE.get(effect.name, "time") for effect in effects]

@@ -22,6 +22,7 @@ from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
 from identify.mismatch.rules import BIC, price
 from identify.mismatch.select import Selection, select
+from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve
@@ -160,7 +161,7 @@ def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) ->
     """What recordings of this `native` period [s] can hold, and what was found in them."""
     setting = setting_of(baseline.problem, baseline.x, native)
     ways = guises({name: find(name) for name in names()}, setting)
-    return setting, ways, select(baseline, ways, evidence.held_out, progress)
+    return setting, ways, select(baseline, [*ways, *uncatalogued(setting)], evidence.held_out, progress)
 
 
 def _restless(force: Floats) -> float:

@@ -98,7 +98,7 @@ class _Slow:
     spell: tuple[float, float] | None
 
 
-def wandering(here: View, there: View) -> Structure | None:
+def slow_force(here: View, there: View) -> Structure | None:
     """A force, or dry friction, that comes and goes slowly, in unseen data too; or once, for a spell.
 
     It must be far larger than friction wanders anyway, and explain more than the likeliest observer follows by itself.

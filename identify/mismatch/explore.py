@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 
 FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
 REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
+STRANGE = 3  # of what is in no catalogue
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 LITTLE = 0.03  # of the evidence of an effect that has earned its name: what shows less is not fitted beside it
@@ -93,7 +94,8 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
     found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
     for gain in _outlooks(current):
         ranked = [lead for lead in leads(current, guises, gain) if lead.gain > WORTH]
-        names = list(dict.fromkeys(lead.guise.name for lead in ranked))[:most]
+        names = list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is None))[:most]
+        names += list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is not None))[:STRANGE]
         for lead in [lead for lead in ranked if lead.guise.name in names]:
             if lead.gain < FAINT * ranked[0].gain:
                 break

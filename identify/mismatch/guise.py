@@ -117,6 +117,7 @@ class Guise:
         turn: a period must go into it a whole number of times; None where it may be anything. [m]
         swings: mass on the spring of stiffness and damping that the unknowns are; None where they are none. [kg]
         least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
+        depends: coordinate of physics that is in no catalogue; None for an effect that may be named.
     """
 
     effect: Effect
@@ -128,6 +129,7 @@ class Guise:
     turn: float | None = None
     swings: float | None = None
     least: float = 0.0
+    depends: str | None = None
 
     @property
     def name(self) -> str:

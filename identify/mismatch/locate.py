@@ -13,6 +13,7 @@ from plant.axis import Axis
 
 Floats = NDArray[np.float64]
 
+REACHED = 0.005, 0.995  # quantiles of a coordinate: where the axis has been
 COORDINATE = {
     "force_offset": "direction",
     "coulomb_asymmetry": "direction",
@@ -82,6 +83,12 @@ def _since_reversal(samples: Samples, direction: Floats) -> tuple[Floats, Floats
     return time, distance, dwell
 
 
+def reach(coordinate: str, samples: Samples, axis: Axis) -> tuple[float, float]:
+    """Where on a coordinate the axis has been, but for half a percent at each end."""
+    low, high = np.quantile(coordinates(samples, axis)[coordinate], REACHED)
+    return float(low), float(high)
+
+
 def named_location(
     name: str, parameters: dict[str, Quantity], share: float, z: float, samples: Samples, axis: Axis
 ) -> Location:
@@ -113,6 +120,5 @@ def named_location(
     elif name == "presliding_hysteresis":
         interval = (0.0, 0.005 * (high - low))
     if interval == (0.0, 0.0):
-        reached = np.quantile(coordinates(samples, axis)[coordinate], [0.005, 0.995])
-        interval = (float(reached[0]), float(reached[1]))
+        interval = reach(coordinate, samples, axis)
     return Location(coordinate, interval, share, float(norm.sf(z)))

@@ -29,7 +29,8 @@ class Structure:
         interval: where on it.
         evidence: twice the log marginal likelihood ratio. [1]
         z: of its gain on data that were not fitted. [1]
-        force: rms past what friction itself could take. [N]
+        force: rms past what friction itself could take; 0 where that is not known. [N]
+        like: physics that is in no catalogue but would explain it; empty where none would.
     """
 
     coordinate: str
@@ -37,6 +38,7 @@ class Structure:
     evidence: float
     z: float
     force: float
+    like: str = ""
 
     @property
     def p_value(self) -> float:

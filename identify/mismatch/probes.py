@@ -62,19 +62,28 @@ class View:
 
     def responses(self, forces: Floats) -> Floats:
         """Change of the prediction errors per newton of each force series (n, q), past the unknowns. [m/N] (n, q)."""
-        problem, size = self.fit.problem, PUSH * self.fit.dry_level
-        start = problem.errors(self.x[None], self.gain)[:, :1].copy()
-        found = np.empty_like(forces)
-        for k in range(0, forces.shape[1], LANES):
-            push = size * forces[:, k : k + LANES]
-            lanes = np.repeat(self.x[None], push.shape[1], axis=0)
-            with np.errstate(all="ignore"):
-                found[:, k : k + LANES] = (problem.disturbed(lanes, self.gain, push=push) - start) / size
+        with np.errstate(all="ignore"):
+            found = self._changes("push", forces, PUSH * self.fit.dry_level)
         found = np.where(np.isfinite(found).all(axis=0), found, 0.0)
         whole = np.einsum("nq,nq->q", found, found)
         found -= self.basis @ (self.basis.T @ found)
         left = np.einsum("nq,nq->q", found, found)
         return np.where(left > ABSORBED * np.maximum(whole, 1e-300), found, 0.0)
+
+    def shifted(self, shifts: Floats) -> Floats:
+        """Change of the prediction errors per metre that the sensor errs by, past the unknowns. [1] (n, q)"""
+        found = self._changes("shift", shifts, float(np.sqrt(self.variance)))
+        return np.asarray(found - self.basis @ (self.basis.T @ found), dtype=np.float64)
+
+    def _changes(self, disturbance: str, series: Floats, size: float) -> Floats:
+        """Change of the prediction errors per unit of a `disturbance`, `size` times each series (n, q). (n, q)"""
+        problem, found = self.fit.problem, np.empty_like(series)
+        start = problem.errors(self.x[None], self.gain)[:, :1].copy()
+        for k in range(0, series.shape[1], LANES):
+            part = size * series[:, k : k + LANES]
+            lanes = np.repeat(self.x[None], part.shape[1], axis=0)
+            found[:, k : k + LANES] = (problem.disturbed(lanes, self.gain, **{disturbance: part}) - start) / size
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

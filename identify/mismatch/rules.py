@@ -41,7 +41,8 @@ SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
-LIKELY_BUT = ("its force of", "a parameter ended", "its size of")  # reasons a likely effect is refused
+NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
+LIKELY_BUT = ("its force of", "a parameter ended", "its size of", NO_NAME)  # reasons a likely effect is refused
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +91,8 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
+    if guise.depends is not None:
+        return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)])
     odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
@@ -222,7 +225,8 @@ def clock_shift(steps: list[Step]) -> Step | None:
     if shift is None or shift.guise.oddity(shift.fit.x[shift.fit.problem.slot(shift.guise)]) is None:
         return None
     best = best_of(steps)
-    return shift if best is None or price(shift.fit) < price(best.fit) + 2.0 * TIED_BIC else None
+    likely = [step for step in steps if step is best or step.refused == NO_NAME]
+    return shift if price(shift.fit) < min((price(s.fit) for s in likely), default=np.inf) + 2.0 * TIED_BIC else None
 
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:

@@ -18,7 +18,6 @@ from identify.mismatch.nameless import (
 )
 from identify.mismatch.probes import View
 from identify.preprocess import Samples
-from plant.kernels.laws import LANES
 
 Floats = NDArray[np.float64]
 
@@ -45,9 +44,9 @@ def encoder_error(here: View, there: View) -> Structure | None:
     if evidence < SURE * EVIDENCE:
         return None
     best, _ = _best_wave(here, best + np.linspace(-0.5, 0.5, FINER) / travel)
-    seen = _shifted(here, _ripples(here.foreseen(), best))
+    seen = here.shifted(_ripples(here.foreseen(), best))
     weights = -np.linalg.lstsq(seen, here.error, rcond=None)[0]
-    gain = gained(there, _shifted(there, _ripples(there.foreseen(), best)) @ weights)
+    gain = gained(there, there.shifted(_ripples(there.foreseen(), best)) @ weights)
     z = block_z(gain)
     if z < AGREED or float(gain.sum()) < HELD_OUT:
         return None
@@ -58,7 +57,7 @@ def encoder_error(here: View, there: View) -> Structure | None:
 def _best_wave(view: View, numbers: Floats) -> tuple[float, float]:
     """The likeliest of `numbers` of waves per metre, and what it gains."""
     samples = view.foreseen()
-    seen = _shifted(view, np.concatenate([_ripples(samples, number) for number in numbers], axis=1))
+    seen = view.shifted(np.concatenate([_ripples(samples, number) for number in numbers], axis=1))
     gains = [gain_of_pair(view, pair) for pair in np.split(seen, len(numbers), axis=1)]
     top = int(np.argmax(gains))
     return float(numbers[top]), float(gains[top])
@@ -68,18 +67,6 @@ def _ripples(samples: Samples, number: float) -> Floats:
     """Cosine and sine over position, `number` waves per metre. (n, 2)"""
     phase = 2 * np.pi * number * samples.position
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
-
-
-def _shifted(view: View, shifts: Floats) -> Floats:
-    """Change of the prediction errors per metre that the sensor errs by, a column each. [1] (n, q)"""
-    problem, size = view.fit.problem, float(np.sqrt(view.variance))
-    start = problem.errors(view.x[None], view.gain)[:, :1].copy()
-    found = np.empty_like(shifts)
-    for k in range(0, shifts.shape[1], LANES):
-        shift = size * shifts[:, k : k + LANES]
-        lanes = np.repeat(view.x[None], shift.shape[1], axis=0)
-        found[:, k : k + LANES] = (problem.disturbed(lanes, view.gain, shift=shift) - start) / size
-    return np.asarray(found - view.basis @ (view.basis.T @ found), dtype=np.float64)
 
 
 def slip(view: View) -> Structure | None:
@@ -103,7 +90,7 @@ def _jump(view: View, k: int) -> tuple[float, int, float]:
     """What a jump of the position from sample k to the end of its run gains, k, and the error left over the usual."""
     samples = view.fit.problem.samples
     after = (np.arange(len(samples)) >= k) & (samples.run == samples.run[k])
-    seen = _shifted(view, after.astype(np.float64)[:, None])[:, 0]
+    seen = view.shifted(after.astype(np.float64)[:, None])[:, 0]
     near = np.abs(samples.t - samples.t[k]) <= BESIDE
     rest = view.error - seen * float(seen @ view.error) / max(float(seen @ seen), 1e-300)
     usual = float(np.median(view.error**2)) / HALF_OF_NORMAL

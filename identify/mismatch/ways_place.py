@@ -37,7 +37,7 @@ def defect(e: Effect, s: Setting) -> list[Guise]:
     return [Guise(e, unknowns, np.array(rows))]
 
 
-def _waves(
+def waves(
     e: Effect,
     amplitude: str,
     unit: float,
@@ -67,8 +67,8 @@ def ripple(e: Effect, s: Setting) -> list[Guise]:
         return []
     known = None if mechanics.Rm == 1.0 and not s.axis.is_rotary else turn  # an axis file may leave the radius out
     return [
-        _waves(e, "amplitude", 0.1 * s.force, s.force, periods, (("relative_amplitude", 0.0),), known),
-        _waves(e, "relative_amplitude", 0.1, 0.5, periods, (("amplitude", 0.0),), known),
+        waves(e, "amplitude", 0.1 * s.force, s.force, periods, (("relative_amplitude", 0.0),), known),
+        waves(e, "relative_amplitude", 0.1, 0.5, periods, (("amplitude", 0.0),), known),
     ]
 
 
@@ -76,7 +76,7 @@ def eccentricity(e: Effect, s: Setting) -> list[Guise]:
     """A wave of a turn of the pulley."""
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
     periods = [p for p in (turn,) if p < 4.0 * s.travel] or []
-    return [_waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn, (0.8, 1.25))] if periods else []
+    return [waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn, (0.8, 1.25))] if periods else []
 
 
 def spring(e: Effect, s: Setting) -> list[Guise]:

@@ -29,6 +29,15 @@ PLAIN = {
     "step_change": "dry friction that changed at one moment",
 }
 
+STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put where it would explain what is left
+    "frictional_lag": "friction that sees the speed late",
+    "bent_drag": "a drag that bends over the speed like its root",
+    "creeping_spring": "a spring that gives way while it is held (a seal, a hose)",
+    "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
+    "level_ripple": "dry friction that rises and falls along the travel",
+    "fading_torque": "a torque constant that changes as the motor warms up",
+}
+
 LIMITS = (  # what no recording of this kind can tell; on the page of a report and in docs/what-it-cannot-see.md
     "A constant force and dry friction that differs with the direction are the same while the axis slides.",
     "A wrong torque constant and a wrong mass are the same unless gravity or a payload tells them apart.",
@@ -78,16 +87,17 @@ def nothing_missing(latent: Quantity, detectable: dict[str, Hidden]) -> str:
     return f"{text} These recordings would have shown, for example, {', '.join(seen)}." if seen else text
 
 
-def unexplained(latent: Quantity, location: Location | None) -> str:
-    """Structure is there, the catalogue does not hold it."""
+def unexplained(latent: Quantity, location: Location | None, like: str = "") -> str:
+    """Structure is there, the catalogue does not hold it; physics that is in none may be `like` it."""
     text = f"A force of about {latent.value:.2g} {latent.unit} is left that no effect of the catalogue explains."
     if location is None:
         return text + " It shows along no single coordinate."
     low, high = location.interval
-    return (
-        f"{text} It depends on {location.coordinate.replace('_', ' ')}, most between {low:.3g} and {high:.3g}"
+    text += (
+        f" It depends on {location.coordinate.replace('_', ' ')}, most between {low:.3g} and {high:.3g}"
         f" ({100 * location.share:.0f} % of it repeats there)."
     )
+    return f"{text} Something like {STRANGE[like]} would explain it." if like in STRANGE else text
 
 
 def _numbers(effect: FoundEffect) -> str:

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import conclusion, sensor_errors
+from identify.mismatch import conclusion, locate, sensor_errors
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _lags_in_series, _may_be_absent
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.events import _spell, wandering
+from identify.mismatch.events import _spell, slow_force
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.probes import outlooks
 from identify.mismatch.result import FoundEffect, Quantity
@@ -70,13 +70,14 @@ def test_an_event_that_comes_once_has_its_moment(tmp_path):
     assert found.location.interval[0] - 0.1 <= case.labels["outside"]["interval"][0] <= found.location.interval[1] + 0.1
 
 
-def a_view(error):
+def a_view(error, shifted=None):
     """As much of a view as a jump of the sensor is looked for in."""
     n = len(error)
     once, never = np.zeros(n, dtype=np.int64), np.zeros(n)
     samples = Samples(0.01 * np.arange(n), never, never, np.full(n, 0.01), once, once == 0, 0.01, linear=False)
     problem = SimpleNamespace(samples=samples)
-    return SimpleNamespace(error=error, fit=SimpleNamespace(problem=problem), variance=float(np.mean(error**2)))
+    fit = SimpleNamespace(problem=problem)
+    return SimpleNamespace(error=error, fit=fit, variance=float(np.mean(error**2)), shifted=shifted)
 
 
 def test_a_jump_of_the_sensors_zero_comes_once(monkeypatch):
@@ -90,16 +91,19 @@ def test_a_jump_of_the_sensors_zero_comes_once(monkeypatch):
     assert sensor_errors.slip(a_view(error)) is None
 
 
-def test_a_jump_of_the_sensors_zero_leaves_nothing_behind(monkeypatch):
+def test_a_jump_of_the_sensors_zero_leaves_nothing_behind():
     """What is left where a jump is taken out is noise; where the axis broke away late, the errors go on."""
     forgets = np.exp(-np.arange(2000) / 3.0)  # how an observer does
-    monkeypatch.setattr(sensor_errors, "_shifted", lambda _, after: np.roll(forgets, np.argmax(after))[:, None] * after)
+
+    def shifted(after):
+        return np.roll(forgets, np.argmax(after))[:, None] * after
+
     jump = np.roll(forgets, 500)
     noise = 1e-5 * np.random.default_rng(11).standard_normal(2000)
-    assert sensor_errors.slip(a_view(noise + 1e-3 * jump)).interval == pytest.approx((4.98, 5.02))
+    assert sensor_errors.slip(a_view(noise + 1e-3 * jump, shifted)).interval == pytest.approx((4.98, 5.02))
     late = noise + 1e-3 * jump
     late[502:505] -= 9e-4
-    assert sensor_errors.slip(a_view(late)) is None
+    assert sensor_errors.slip(a_view(late, shifted)) is None
 
 
 @dataclasses.dataclass
@@ -336,16 +340,13 @@ def test_names_beside_which_much_force_and_error_are_left_do_not_stand(monkeypat
 
 def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
     """Grease that thins out looks like a drag below zero: there is none, but friction bends over the speed."""
-    monkeypatch.setattr(conclusion, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
-    drag = SimpleNamespace(name="quadratic_drag")
+    monkeypatch.setattr(locate, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
+    drag = SimpleNamespace(name="quadratic_drag", depends=None)
 
     def left(refused, unseen=0.1, acting=3.0, evidence=-800.0):
         told = Comparison(evidence, 11.0, -700.0, 0.4, unseen, 120.0, 1.8)
         step = Step(SimpleNamespace(dry_level=100.0), drag, told, 1.0, refused, acting)
-        opening = SimpleNamespace(opening=[step])
-        return Conclusion._misfits.fget(
-            SimpleNamespace(evidence=SimpleNamespace(train=None), axis=None, selection=opening)
-        )
+        return Conclusion._misfits(SimpleNamespace(evidence=SimpleNamespace(train=None), axis=None), [step])
 
     (found,) = left("its size of -48 is negative, which is no quadratic drag")
     assert found.coordinate == "velocity"
@@ -421,7 +422,7 @@ def test_a_brake_that_drags_for_a_while_is_no_friction_that_wanders(tmp_path, ki
     evidence = gather([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
     evidence, baseline = read_torque(evidence, axis, False, 0)
     seen = outlooks(baseline, baseline.on(evidence.held_out))[0]
-    slow = wandering(seen.here, seen.there)
+    slow = slow_force(seen.here, seen.there)
     assert (slow is not None) == found
     if slow is not None:
         start, end = case.labels["outside"]["interval"]

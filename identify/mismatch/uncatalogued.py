@@ -1,0 +1,200 @@
+"""Physics that is in no catalogue, tried so that it is not taken for what is in it: it is located, never named.
+
+Each is an effect like those of the plant, and competes with them. Where one is clearly the likeliest, no name of the
+catalogue stands, and the answer is the coordinate that it depends on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.ways_place import waves
+from plant.effects.effect import Effect, Parameter
+from plant.kernels.cosine import cos_turns
+from plant.kernels.exponential import exp_neg
+from plant.kernels.laws import (
+    AFTER,
+    BACKWARD,
+    BUMP,
+    CLIMB,
+    DRIVE,
+    FORCE,
+    FORWARD,
+    INVERSE_STRIBECK,
+    LANES,
+    MIDDLE,
+    RISE,
+    STAGE_LEVEL,
+    TO_DRIVE,
+    TO_STAGE,
+    TO_STEP,
+    VELOCITY,
+    Rows,
+    law,
+)
+
+TURN = 0.5 / math.pi
+MOST_WAVES = 20  # of a level along the travel
+
+
+@law(TO_STAGE)
+def _late_level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
+        slow = b[INVERSE_STRIBECK + j]
+        b[STAGE_LEVEL + j] += bump * (exp_neg(x[j] * slow) - exp_neg(abs(b[VELOCITY + j]) * slow))
+
+
+@law(AFTER)
+def _follow_speed(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        speed = abs(b[VELOCITY + j])
+        x[j] = speed + (x[j] - speed) * exp_neg(h / p[j])
+
+
+FRICTIONAL_LAG = Effect(
+    name="frictional_lag",
+    parameters=(Parameter("time_constant", "s", (1e-3, 1.0), (1e-6, 1e3), absent=0.0, about="τ"),),
+    laws=(_late_level, _follow_speed),
+    initial=(0.0,),
+    source="the Stribeck curve sees the speed late: Hess & Soom 1990",
+)
+
+
+@law(TO_STAGE)
+def _bent_drag(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[STAGE_LEVEL + j] += p[j] * math.sqrt(abs(b[VELOCITY + j]))
+
+
+BENT_DRAG = Effect(
+    name="bent_drag",
+    parameters=(Parameter("coefficient", "N*s^0.5/m^0.5", (-1e4, 1e4), absent=0.0, about="c"),),
+    laws=(_bent_drag,),
+    source="c √|v|: Kennedy & Desai 2005; shear-thinning grease with c < 0 or > 0",
+)
+
+
+@law(TO_STEP)
+def _pull_back(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        rest = x[j] if x[j] == x[j] else b[MIDDLE + j]
+        b[FORCE + j] += p[j] * (b[MIDDLE + j] - rest)
+
+
+@law(AFTER)
+def _creep(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        place = b[MIDDLE + j]
+        rest = x[j] if x[j] == x[j] else place
+        x[j] = place + (rest - place) * exp_neg(h / p[LANES + j])
+
+
+CREEPING_SPRING = Effect(
+    name="creeping_spring",
+    parameters=(
+        Parameter("stiffness", "N/m", (0.0, 1e6), absent=0.0, about="k"),
+        Parameter("time_constant", "s", (1e-2, 1e2), (1e-6, 1e6), about="τ"),
+    ),
+    laws=(_pull_back, _creep),
+    initial=(math.nan,),
+    source="Maxwell's spring and damper in series: seals, hoses",
+)
+
+
+@law(TO_STEP)
+def _pull_along(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[FORCE + j] += p[j] * x[j]
+
+
+@law(AFTER)
+def _bend(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        velocity = b[VELOCITY + j]
+        end = 1.0 if velocity > 0.0 else -1.0
+        x[j] = end + (x[j] - end) * exp_neg(h * abs(velocity) / p[LANES + j])
+
+
+CABLE = Effect(
+    name="cable_hysteresis",
+    parameters=(
+        Parameter("force", "N", (0.0, 1e3), absent=0.0, about="A"),
+        Parameter("travel", "m", (1e-4, 1.0), (1e-9, 1e6), about="d"),
+    ),
+    laws=(_pull_along, _bend),
+    initial=(0.0,),
+    source="Dahl's curve beside dry friction, soft enough to show: cable chains, seals, flexures",
+)
+
+
+@law(TO_STEP)
+def _wavy_level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        more = p[LANES + j] * cos_turns(b[MIDDLE + j] / p[j] + TURN * p[2 * LANES + j])
+        b[FORWARD + j] *= 1.0 + more
+        b[BACKWARD + j] *= 1.0 + more
+
+
+LEVEL_RIPPLE = Effect(
+    name="level_ripple",
+    parameters=(
+        Parameter("period", "m", (1e-3, 1.0), (1e-6, 1e3), about="λ"),
+        Parameter("relative_amplitude", "1", (0.0, 1.0), (-2.0, 2.0), absent=0.0, about="a"),
+        Parameter("phase", "rad", (-math.pi, math.pi), default=0.0, reported=False, about="φ"),
+    ),
+    laws=(_wavy_level,),
+    source="dry friction that rises and falls along the guide",
+)
+
+
+@law(TO_DRIVE)
+def _fade(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[DRIVE + j] *= 1.0 - p[j] * (1.0 - exp_neg(max(t, 0.0) / p[LANES + j]))
+
+
+FADING_TORQUE = Effect(
+    name="fading_torque",
+    parameters=(
+        Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ"),
+        Parameter("time_constant", "s", (1.0, 3600.0), (1e-3, 1e9), about="τ"),
+    ),
+    laws=(_fade,),
+    order=10,
+    source="magnets lose torque as they warm up",
+)
+
+
+def uncatalogued(s: Setting) -> list[Guise]:
+    """Every way in which physics outside the catalogue is tried in recordings of this setting."""
+    bent, stiff = s.force / math.sqrt(s.speed), s.force / s.travel
+    lag = Unknown("time_constant", 0.03, 0.1 * s.sample_time, 1.0, log=True)
+    creep = Unknown("time_constant", 0.3, 0.01, 0.5 * s.duration, log=True, spread=2.0)
+    travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
+    fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
+    drag = Unknown("coefficient", 0.3 * bent, -3.0 * bent, 3.0 * bent)
+    spring = Unknown("stiffness", 0.3 * stiff, 0.0, 30.0 * stiff)
+    force = Unknown("force", 0.1 * s.force, 0.0, 2.0 * s.force)
+    loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+    bends = [share * s.travel for share in (0.01, 0.05, 0.2)]
+    periods = [*s.periods, *(s.travel / np.arange(1.0, MOST_WAVES + 1.0))]
+    ripple = waves(LEVEL_RIPPLE, "relative_amplitude", 0.1, 1.0, periods, (), None)
+    return [
+        _tried(FRICTIONAL_LAG, (lag,), [0.005, 0.015, 0.04, 0.12], depends="velocity"),
+        _tried(BENT_DRAG, (drag,), [0.1 * bent], depends="velocity"),
+        _tried(CREEPING_SPRING, (spring, creep), [0.1 * stiff], [0.05, 0.3, 1.5, 6.0], depends="time_since_reversal"),
+        _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
+        dataclasses.replace(ripple, depends="position"),
+        _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
+    ]
+
+
+def _tried(effect: Effect, unknowns: tuple[Unknown, ...], *starts: Sequence[float], depends: str) -> Guise:
+    """Physics that `depends` on a coordinate, from all combinations of starting values."""
+    return Guise(effect, unknowns, grid(*starts), depends=depends)

@@ -1,0 +1,73 @@
+"""Physics outside the catalogue competes with names: it takes them away, and says where to look."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from identify.mismatch.compare import Comparison
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.guise import Setting
+from identify.mismatch.rules import NO_NAME, Step, best_of
+from identify.mismatch.uncatalogued import uncatalogued
+from identify.mismatch.words import STRANGE
+from plant.axis_file import read_axis
+from plant.effects import names
+from plant.presets import paper_axis
+from plant.recording_files import read_recording_entry
+from tests.reference.cases import CaseSpec, draw_case, write_case
+
+TRAIN_SEED = 5700
+
+
+def setting(**other):
+    sizes = dict(force=50.0, speed=0.2, travel=0.4, mass=10.0, lowest=0.0, highest=0.4, peak=90.0, duration=30.0)
+    rest = dict(sample_time=0.01, rests=0.0, spots=(), periods=(0.031,), free_offset=False)
+    return Setting(paper_axis(), **(sizes | rest | other))
+
+
+@pytest.mark.parametrize(
+    ("outside", "excitation", "coordinate", "like"),
+    [
+        ("frictional_lag", "multisine", "velocity", "sees the speed late"),
+        ("cable_hysteresis", "two_squares", "distance_since_reversal", "cable chain"),
+        ("level_ripple", "loop_sine", "position", "rises and falls along the travel"),
+    ],
+)
+def test_another_simulators_physics_outside_the_catalogue_is_recognised(
+    tmp_path, outside, excitation, coordinate, like
+):
+    case = draw_case(CaseSpec(TRAIN_SEED, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=20.0))
+    axis = read_axis(write_case(case, tmp_path))
+    found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+    assert found.verdict.value == "unexplained"
+    assert found.effects == ()
+    assert found.location.coordinate == coordinate
+    assert like in found.explanation
+
+
+def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
+    strange = uncatalogued(setting())
+    assert {guise.name for guise in strange} == set(STRANGE)
+    assert not {guise.name for guise in strange} & set(names())
+    assert all(guise.depends is not None for guise in strange)
+
+
+def test_starts_lie_within_bounds():
+    for guise in uncatalogued(setting()):
+        low, high = guise.bounds()
+        starts = guise.scaled_starts()
+        assert np.isfinite(starts).all()
+        assert ((starts > low) & (starts < high)).all(), guise.name
+
+
+def test_a_name_gives_way_to_what_is_clearly_likelier_only(monkeypatch):
+    monkeypatch.setattr("identify.mismatch.rules.cost", lambda fit: fit)
+
+    def step(name, price, refused=None):
+        told = Comparison(price, 8.0, price, 0.5, 0.5, 100.0, 5.0)
+        return Step(price, SimpleNamespace(name=name), told, 1.0, refused, 1.0)
+
+    mass = step("inertia_error", -300.0)
+    assert best_of([mass, step("frictional_lag", -340.0, NO_NAME)]) is None
+    assert best_of([mass, step("frictional_lag", -310.0, NO_NAME)]) is mass
