@@ -35,6 +35,7 @@ from identify.mismatch.rules import (
     CLEAN,
     HELD_OUT,
     LATE,
+    NO_NAME,
     PROVEN,
     SMALLEST,
     TIED_BIC,
@@ -130,7 +131,7 @@ class Conclusion:
         suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
-        return sorted([*found, *self._misfits(beside, named_too=False)], key=lambda one: -one.evidence)
+        return sorted([*found, *self._strange(beside)], key=lambda one: -one.evidence)
 
     @property
     def blind(self) -> bool:
@@ -261,28 +262,32 @@ class Conclusion:
     def nameless(self) -> list[Structure]:
         """What a baseline that nothing is named beside leaves, the most evident first."""
         left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
-        strange = self._misfits(self.selection.opening, named_too=False)
-        found = sorted([*left, *strange], key=lambda one: -one.evidence)
+        found = sorted([*left, *self._strange(self.selection.opening)], key=lambda one: -one.evidence)
         if found or self.selection.steps:
             return found
-        return zero_jumps(self.evidence.train) or self._misfits(self.selection.opening)
+        return zero_jumps(self.evidence.train) or self._misfits
 
-    def _misfits(self, steps: Sequence[Step], *, named_too: bool = True) -> list[Structure]:
-        """What would be explained by physics that is in no catalogue, or (`named_too`) by an effect that is not named.
+    def _strange(self, steps: Sequence[Step]) -> list[Structure]:
+        """What physics that is in no catalogue would explain, the most evident first."""
+        likely = [step for step in steps if step.refused == NO_NAME and (_strong(step) or foretold(step.evidence))]
+        found = [self._along(step, step.guise.depends or "time", step.guise.name) for step in likely]
+        return sorted(found, key=lambda one: -one.evidence)
+
+    @property
+    def _misfits(self) -> list[Structure]:
+        """What an effect that may not be named would explain: something else acts along its coordinate.
 
         A drag that is negative is none, but friction does bend over the speed where unseen data say so.
         """
-        found = []
-        for step in steps:
-            told, strange = step.evidence, step.guise.depends
-            felt = step.acting >= SMALLEST * step.fit.dry_level and (step.refused is None or step.misplaced)
-            better = told.unseen < CLEARLY or (strange is not None and foretold(told))
-            if felt and told.bic < BIC_STRONG and told.z > Z and better and (named_too or strange is not None):
-                coordinate = strange or COORDINATE.get(step.guise.name, "time")
-                interval = reach(coordinate, self.evidence.train, self.axis)
-                like = step.guise.name if strange is not None else ""
-                found.append(Structure(coordinate, interval, -told.bic, told.z, 0.0, like))
+        felt = [one for one in self.selection.opening if one.acting >= SMALLEST * one.fit.dry_level]
+        likely = [one for one in felt if (one.refused is None or one.misplaced) and _strong(one) and one.evidence.z > Z]
+        found = [self._along(step, COORDINATE.get(step.guise.name, "time")) for step in likely]
         return sorted(found, key=lambda one: -one.evidence)
+
+    def _along(self, step: Step, coordinate: str, like: str = "") -> Structure:
+        """What a step explains, as structure along a coordinate."""
+        interval = reach(coordinate, self.evidence.train, self.axis)
+        return Structure(coordinate, interval, -step.evidence.bic, step.evidence.z, 0.0, like)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -510,6 +515,11 @@ def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other:
     swapped = tuple(other if one == name else one for one in chosen)
     if set(swapped) not in [set(known) for known in sets]:
         sets.append(swapped)
+
+
+def _strong(step: Step) -> bool:
+    """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
+    return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
 
 
 def _may_be_absent(effect: FoundEffect) -> bool:

@@ -25,7 +25,8 @@ Floats = NDArray[np.float64]
 
 FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
 REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
-STRANGE = 3  # of what is in no catalogue
+STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that get a full fit
+NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 LITTLE = 0.03  # of the evidence of an effect that has earned its name: what shows less is not fitted beside it
@@ -94,8 +95,10 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
     found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
     for gain in _outlooks(current):
         ranked = [lead for lead in leads(current, guises, gain) if lead.gain > WORTH]
+        notable = max(NOTABLE, SHARE * ranked[0].gain) if ranked else 0.0
+        strange = [lead.guise.name for lead in ranked if lead.guise.depends is not None and lead.gain > notable]
         names = list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is None))[:most]
-        names += list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is not None))[:STRANGE]
+        names += list(dict.fromkeys(strange))[:STRANGE]
         for lead in [lead for lead in ranked if lead.guise.name in names]:
             if lead.gain < FAINT * ranked[0].gain:
                 break

@@ -171,6 +171,9 @@ FADING_TORQUE = Effect(
 )
 
 
+EFFECTS = (FRICTIONAL_LAG, BENT_DRAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE)
+
+
 def uncatalogued(s: Setting) -> list[Guise]:
     """Every way in which physics outside the catalogue is tried in recordings of this setting."""
     bent, stiff = s.force / math.sqrt(s.speed), s.force / s.travel

@@ -346,7 +346,8 @@ def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
     def left(refused, unseen=0.1, acting=3.0, evidence=-800.0):
         told = Comparison(evidence, 11.0, -700.0, 0.4, unseen, 120.0, 1.8)
         step = Step(SimpleNamespace(dry_level=100.0), drag, told, 1.0, refused, acting)
-        return Conclusion._misfits(SimpleNamespace(evidence=SimpleNamespace(train=None), axis=None), [step])
+        evidence, selection = SimpleNamespace(train=None), SimpleNamespace(opening=[step])
+        return Conclusion(None, 0, [], evidence, None, selection, [], None, None)._misfits
 
     (found,) = left("its size of -48 is negative, which is no quadratic drag")
     assert found.coordinate == "velocity"

@@ -9,7 +9,7 @@ from identify.mismatch.compare import Comparison
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Setting
 from identify.mismatch.rules import NO_NAME, Step, best_of
-from identify.mismatch.uncatalogued import uncatalogued
+from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
 from identify.mismatch.words import STRANGE
 from plant.axis_file import read_axis
 from plant.effects import names
@@ -48,7 +48,7 @@ def test_another_simulators_physics_outside_the_catalogue_is_recognised(
 
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
     strange = uncatalogued(setting())
-    assert {guise.name for guise in strange} == set(STRANGE)
+    assert {guise.name for guise in strange} == {effect.name for effect in EFFECTS} == set(STRANGE)
     assert not {guise.name for guise in strange} & set(names())
     assert all(guise.depends is not None for guise in strange)
 
