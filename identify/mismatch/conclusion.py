@@ -131,7 +131,8 @@ class Conclusion:
         suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
-        return sorted([*found, *self._strange(beside)], key=lambda one: -one.evidence)
+        strange = self._strange([step for step in beside if _strong(step)])
+        return sorted([*found, *strange], key=lambda one: -one.evidence)
 
     @property
     def blind(self) -> bool:
