@@ -270,7 +270,7 @@ class Conclusion:
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
         """What physics that is in no catalogue would explain, the most evident first."""
-        likely = [step for step in steps if step.refused == NO_NAME and (_strong(step) or foretold(step.evidence))]
+        likely = [step for step in steps if step.refused == NO_NAME and _telling(step) >= 2]
         found = [self._along(step, step.guise.depends or "time", step.guise.name) for step in likely]
         return sorted(found, key=lambda one: -one.evidence)
 
@@ -521,6 +521,12 @@ def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other:
 def _strong(step: Step) -> bool:
     """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
     return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
+
+
+def _telling(step: Step) -> int:
+    """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
+    told = step.evidence
+    return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
 
 
 def _may_be_absent(effect: FoundEffect) -> bool:
