@@ -5,7 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify.mismatch import locate
 from identify.mismatch.compare import Comparison
+from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Setting
 from identify.mismatch.rules import NO_NAME, Step, best_of
@@ -37,7 +39,7 @@ def setting(**other):
 def test_another_simulators_physics_outside_the_catalogue_is_recognised(
     tmp_path, outside, excitation, coordinate, like
 ):
-    case = draw_case(CaseSpec(TRAIN_SEED, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=20.0))
+    case = draw_case(CaseSpec(TRAIN_SEED, outside=outside, excitation=excitation, size=1.2, noise=1e-5, duration=10.0))
     axis = read_axis(write_case(case, tmp_path))
     found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
     assert found.verdict.value == "unexplained"
@@ -71,3 +73,22 @@ def test_a_name_gives_way_to_what_is_clearly_likelier_only(monkeypatch):
     mass = step("inertia_error", -300.0)
     assert best_of([mass, step("frictional_lag", -340.0, NO_NAME)]) is None
     assert best_of([mass, step("frictional_lag", -310.0, NO_NAME)]) is mass
+
+
+@pytest.mark.parametrize(
+    ("evidence", "unseen", "foreseen", "told"),
+    [
+        (-300.0, 0.5, 10.0, True),
+        (-300.0, 0.9, 100.0, True),
+        (-43.0, 0.13, 2285.0, True),
+        (-47.0, 0.98, 74.0, False),  # a healthy machine on rough friction
+        (-300.0, 0.9, 10.0, False),
+    ],
+)
+def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, foreseen, told):
+    monkeypatch.setattr(locate, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
+    seen = Comparison(evidence, 3.0, evidence, 0.9, unseen, foreseen, 4.0)
+    guise = SimpleNamespace(name="bent_drag", depends="velocity")
+    step = Step(SimpleNamespace(dry_level=10.0), guise, seen, 1.0, NO_NAME, 1.0)
+    conclusion = Conclusion(None, 0, [], SimpleNamespace(train=None), None, None, [], None, None)
+    assert [(one.coordinate, one.like) for one in conclusion._strange([step])] == told * [("velocity", "bent_drag")]
