@@ -257,7 +257,8 @@ class Conclusion:
         offset = self.constant
         if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
             return False
-        return self._held_out(offset.fit) < HELD_OUT * self._held_out(self.selection.chosen)
+        error = self._held_out(offset.fit)
+        return error < HELD_OUT * self._held_out(self.selection.chosen) and error < USELESS
 
     @cached_property
     def nameless(self) -> list[Structure]:
