@@ -194,7 +194,8 @@ class Conclusion:
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
             if after > rest and after > KEPT * before:
                 return False
-            if self._held_out(self.final) > STRAY * self.own or self._odder:
+            strays = self._held_out(self.final) > STRAY * self.own and not decided(self._gained)
+            if strays or self._odder:
                 return False
         asked = not self.blind and not decided(self._gained)
         if asked and fairest_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
