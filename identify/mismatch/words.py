@@ -31,7 +31,6 @@ PLAIN = {
 
 STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put where it would explain what is left
     "frictional_lag": "friction that sees the speed late",
-    "bent_drag": "a drag that bends over the speed like its root",
     "creeping_spring": "a spring that gives way while it is held (a seal, a hose)",
     "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
     "level_ripple": "dry friction that rises and falls along the travel",

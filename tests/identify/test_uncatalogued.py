@@ -88,7 +88,9 @@ def test_a_name_gives_way_to_what_is_clearly_likelier_only(monkeypatch):
 def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, foreseen, told):
     monkeypatch.setattr(locate, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
     seen = Comparison(evidence, 3.0, evidence, 0.9, unseen, foreseen, 4.0)
-    guise = SimpleNamespace(name="bent_drag", depends="velocity")
+    guise = SimpleNamespace(name="frictional_lag", depends="velocity")
     step = Step(SimpleNamespace(dry_level=10.0), guise, seen, 1.0, NO_NAME, 1.0)
     conclusion = Conclusion(None, 0, [], SimpleNamespace(train=None), None, None, [], None, None)
-    assert [(one.coordinate, one.like) for one in conclusion._strange([step])] == told * [("velocity", "bent_drag")]
+    assert [(one.coordinate, one.like) for one in conclusion._strange([step])] == told * [
+        ("velocity", "frictional_lag")
+    ]
