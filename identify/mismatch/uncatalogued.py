@@ -1,8 +1,8 @@
 """Physics that is in no catalogue, tried so that it is not taken for what is in it: it is located, never named.
 
 Each is an effect like those of the plant, and competes with them. Where one is clearly the likeliest, no name of the
-catalogue stands, and the answer is the coordinate that it depends on. Drags that bend over the speed are not among them:
-the Stribeck curves of healthy machines, which are not quite eq. (1), look like such drags.
+catalogue stands, and the answer is the coordinate that it depends on. Drags that bend over the speed are not among
+them: the Stribeck curves of healthy machines, which are not quite eq. (1), look like such drags.
 """
 
 from __future__ import annotations
