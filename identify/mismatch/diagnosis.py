@@ -161,7 +161,7 @@ def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) ->
     """What recordings of this `native` period [s] can hold, and what was found in them."""
     setting = setting_of(baseline.problem, baseline.x, native)
     ways = guises({name: find(name) for name in names()}, setting)
-    return setting, ways, select(baseline, [*ways, *uncatalogued(setting)], evidence.held_out, progress)
+    return setting, ways, select(baseline, [*ways, *uncatalogued(setting, names())], evidence.held_out, progress)
 
 
 def _restless(force: Floats) -> float:

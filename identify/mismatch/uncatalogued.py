@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -161,8 +161,13 @@ FADING_TORQUE = Effect(
 EFFECTS = (FRICTIONAL_LAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE)
 
 
-def uncatalogued(s: Setting) -> list[Guise]:
-    """Every way in which physics outside the catalogue is tried in recordings of this setting."""
+def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
+    """Every way in which physics outside the catalogue is tried in recordings of this setting.
+
+    Args:
+        s: the setting.
+        named: effects that have a name, those of plug-ins among them: what is one of them is none of these.
+    """
     stiff = s.force / s.travel
     lag = Unknown("time_constant", 0.03, 0.1 * s.sample_time, 1.0, log=True)
     creep = Unknown("time_constant", 0.3, 0.01, 0.5 * s.duration, log=True, spread=2.0)
@@ -174,13 +179,14 @@ def uncatalogued(s: Setting) -> list[Guise]:
     bends = [share * s.travel for share in (0.01, 0.05, 0.2)]
     periods = [*s.periods, *(s.travel / np.arange(1.0, MOST_WAVES + 1.0))]
     ripple = waves(LEVEL_RIPPLE, "relative_amplitude", 0.1, 1.0, periods, (), None)
-    return [
+    every = [
         _tried(FRICTIONAL_LAG, (lag,), [0.005, 0.015, 0.04, 0.12], depends="velocity"),
         _tried(CREEPING_SPRING, (spring, creep), [0.1 * stiff], [0.05, 0.3, 1.5, 6.0], depends="time_since_reversal"),
         _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
+    return [guise for guise in every if guise.name not in named]
 
 
 def _tried(effect: Effect, unknowns: tuple[Unknown, ...], *starts: Sequence[float], depends: str) -> Guise:

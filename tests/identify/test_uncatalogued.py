@@ -55,6 +55,11 @@ def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
     assert all(guise.depends is not None for guise in strange)
 
 
+def test_a_plug_in_gives_it_a_name():
+    without = {guise.name for guise in uncatalogued(setting(), {"frictional_lag"})}
+    assert without == {effect.name for effect in EFFECTS} - {"frictional_lag"}
+
+
 def test_starts_lie_within_bounds():
     for guise in uncatalogued(setting()):
         low, high = guise.bounds()
