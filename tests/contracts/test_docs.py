@@ -68,7 +68,7 @@ def test_commands_run_as_printed(page, tmp_path, worn):
                 running.__enter__()
                 continue
             more = ["--connect", f"tcp/127.0.0.1:{port}"] if words[1] in ("replay", "bridge", "record") else []
-            done = tribowatch(*words[1:], *more, cwd=here, timeout=120, **environment)
+            done = tribowatch(*words[1:], *more, cwd=here, timeout=400, **environment)
             assert done.returncode == 0, f"{page.name}: {' '.join(words)}: {done.stderr}"
             assert done.stdout.strip(), f"{page.name}: {' '.join(words)} printed nothing"
     finally:
