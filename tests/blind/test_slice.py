@@ -1,6 +1,7 @@
 """A slice of the blind study, and the scoring on answers made by hand."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -14,7 +15,7 @@ from tests.blind.rivals import METHODS, answers
 from tests.blind.scoring import score
 from tests.blind.sealing import Study, seal
 from tests.blind.tables import Rate, sections, wilson
-from tests.blind.truth import beside, criterion
+from tests.blind.truth import beside, criterion, without
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 SPEC = {"size": 0.5, "excitation": "loop_sine", "noise": 1e-4, "period": 0.01, "orientation": "vertical",
@@ -168,6 +169,14 @@ def test_how_well_each_of_a_pair_shows_beside_the_other():
     shows = beside(replace(case, plant=replace(case.plant, effects=case.plant.effects | {"end_stop": stop})))
     assert shows["end_stop"] == pytest.approx(1.0)
     assert shows["position_spring"] > 10
+
+
+def test_an_effect_without_which_there_is_no_machine_shows():
+    case = draw_case(CaseSpec(9411, effects=("inertia_error", "transmission_compliance"), duration=5.0))
+    error = {"mass_error": case.plant.M + case.plant.effects["inertia_error"]["mass_error"]}
+    plant = replace(case.plant, M=0.0, effects=case.plant.effects | {"inertia_error": error})
+    assert without(replace(case, plant=plant), "inertia_error", math.inf) == math.inf
+    assert without(case, "inertia_error", math.inf) < math.inf
 
 
 def test_a_pair_is_as_hard_as_its_lesser_effect():

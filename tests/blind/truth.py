@@ -10,6 +10,7 @@ code with the fit.
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -45,10 +46,10 @@ def beside(case: Case) -> dict[str, float]:
     What is free in the baseline, and all numbers of the other effects, are fitted to the held-out samples without it.
     """
     own = criterion(case)
-    return {name: _without(case, name, SHOWS * own) / own for name in case.plant.effects}
+    return {name: without(case, name, SHOWS * own) / own for name in case.plant.effects}
 
 
-def _without(case: Case, name: str, enough: float) -> float:
+def without(case: Case, name: str, enough: float) -> float:
     """Least criterion of a machine that lacks one effect; nothing is fitted where it is below `enough`."""
     plant, axis = case.plant, case.axis["mechanics"]
     others = {other: values for other, values in plant.effects.items() if other != name}
@@ -80,7 +81,10 @@ def _without(case: Case, name: str, enough: float) -> float:
     def errors(x: np.ndarray) -> np.ndarray:
         return _errors(case, machine(x))
 
-    first = errors(start)
+    try:
+        first = errors(start)
+    except ValueError:  # the parameters of no machine: all its mass was the error of it
+        return math.inf
     if first @ first < enough:
         return float(first @ first)
     found = least_squares(errors, start, bounds=(low, high), diff_step=0.01, max_nfev=TRIES)
