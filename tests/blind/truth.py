@@ -50,7 +50,7 @@ def beside(case: Case) -> dict[str, float]:
 
 
 def without(case: Case, name: str, enough: float) -> float:
-    """Least criterion of a machine that lacks one effect; nothing is fitted where it is below `enough`."""
+    """Least criterion of a machine that lacks one effect, inf where there is none; nothing is fitted below `enough`."""
     plant, axis = case.plant, case.axis["mechanics"]
     others = {other: values for other, values in plant.effects.items() if other != name}
     shapes = {other: shape for other, shape in plant.shapes.items() if other != name}
