@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 from identify.mismatch.guise import CLOCK, Guise, Setting, Unknown, grid
@@ -46,11 +47,16 @@ def lag(parameter: str) -> Callable[[Effect, Setting], list[Guise]]:
 
 
 def saturation(e: Effect, s: Setting) -> list[Guise]:
-    """A limit below the peak of the drive force."""
+    """A limit below the peak of the drive force: hard, or with a rounded shoulder that the peak may end in."""
     gain = abs(s.axis.mechanics.gain)
     peak = s.peak / gain
-    unknowns = (Unknown("limit", peak, 0.2 * peak, 1.02 * peak, log=True),)
-    return [Guise(e, unknowns, grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))]
+    limit = Unknown("limit", peak, 0.2 * peak, 1.02 * peak, log=True)
+    hard = Guise(e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))
+    if "knee" not in {p.name for p in e.parameters}:
+        return [hard]
+    soft = (dataclasses.replace(limit, high=1.5 * peak), Unknown("knee", 0.3, 0.03, 1.0, log=True))
+    starts = grid([1.0 * peak, 0.85 * peak, 0.65 * peak], [0.1, 0.4])
+    return [dataclasses.replace(hard, fixed=(("knee", 0.0),)), Guise(e, soft, starts)]
 
 
 def inertia(e: Effect, s: Setting) -> list[Guise]:

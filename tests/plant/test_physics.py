@@ -162,6 +162,15 @@ def test_a_limit_is_a_clipped_torque_and_a_scale_a_scaled_one():
     np.testing.assert_allclose(scaled.position, push(1.1 * force, **run).position, atol=1e-13)
 
 
+def test_a_rounded_limit_bends_the_torque_in_a_parabola():
+    """κ = 0.5 of 1 N·m: a parabola from 0.5 to 1.5 N·m, in which half the limit above its start takes off 1/8."""
+    run = {"n": 400, "friction": StribeckFriction(0.0, 0.0, 0.1, 400.0), "substeps": 4}
+    rounded = {"torque_saturation": {"limit": 1.0, "knee": 0.5}}
+    for torque, left in ((0.4, 0.4), (0.5, 0.5), (1.0, 0.875), (-1.0, -0.875), (1.5, 1.0), (3.0, 1.0)):
+        found = push(torque * GAIN, effects=rounded, **run).position
+        np.testing.assert_allclose(found, push(left * GAIN, **run).position, atol=1e-13)
+
+
 def test_known_effects_are_what_the_arguments_of_the_simulator_say():
     run = {"force": 150.0 * np.sin(0.044 * np.arange(500)), "n": 500, "friction": StribeckFriction(50, 80, 0.05, 100)}
     offset = push(effects={"force_offset": {"force": 5.0}}, **run)
