@@ -33,12 +33,15 @@ from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
     BIC_STRONG,
     CLEAN,
+    FORESEEN,
     HELD_OUT,
     LATE,
     NO_NAME,
     PROVEN,
     SMALLEST,
+    SOLVED,
     TIED_BIC,
+    TIED_SHARE,
     Step,
     Z,
     at_edge,
@@ -69,6 +72,7 @@ WORTH = 0.85  # of the baseline's one-second error on unseen data: names that le
 # worth the risk of being wrong
 CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was; names that leave
 # more of it in all runs must at least make unseen data likelier, sample by sample
+ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
@@ -236,6 +240,23 @@ class Conclusion:
         opening = self.selection.opening
         alone = dataclasses.replace(self, selection=Selection(bare, bare, rivals=[opening], opening=opening))
         return alone if alone.explains else self
+
+    def holds_beside(self, first: Conclusion) -> bool:
+        """Whether names found with the roles of the recordings exchanged stand, where `first` found none.
+
+        What judges must clearly foretell them, in most places or where they leave little force, and be predicted so
+        much better; and nothing else may be so much more evident where it was fitted `first`.
+        """
+        names = {step.guise.name for step in self.selection.steps}
+        if self.verdict is not Verdict.EXPLAINED or not names:
+            return False
+        told = self._gained
+        if not foretold(told) and not (told.foreseen > FORESEEN and told.lacking < SOLVED):
+            return False
+        opening = first.selection.opening
+        most = max((-step.evidence.bic for step in opening), default=0.0)
+        own = max((-step.evidence.bic for step in opening if step.guise.name in names), default=0.0)
+        return self._share(self.final) < CLEARLY and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
     @property
     def happened(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +15,15 @@ from plant.axis import Axis
 from plant.recording import Recording
 
 HELD_OUT = 0.4  # of the last recording, where there is no second one of the same state
+TURNED = "fitted to the last recording and judged by those before it: the other way round, nothing was named"
+
+
+class Judges(enum.Enum):
+    """What judges, and is not fitted."""
+
+    LAST = enum.auto()  # the last of several recordings, or the end of a single one
+    PART = enum.auto()  # of the last of several recordings its end alone, or the beginning of a single one
+    OTHERS = enum.auto()  # all recordings but the last
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +34,7 @@ class Evidence:
         train: samples to fit.
         held_out: samples the fit never sees.
         kind: "recording" or "time", the contract's word for how it was held out.
+        judges: what was.
         before: the machine at commissioning, or None.
         removed: what preprocessing did, in words.
         sha256: of all recordings.
@@ -32,19 +43,20 @@ class Evidence:
     train: Samples
     held_out: Samples
     kind: str
+    judges: Judges
     before: Samples | None
     removed: tuple[str, ...]
     sha256: str
 
 
-def gather(recordings: Sequence[Recording], axis: Axis, *, in_time: bool = False) -> Evidence:
+def gather(recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST) -> Evidence:
     """Split usable recordings into what is fitted and what judges (docs/json.md).
 
     Args:
         recordings: of one machine.
         axis: the machine.
-        in_time: the other way to hold out: of the last of several recordings its end alone (its beginning, where the
-            axis travels less at the end), of a single one its beginning.
+        judges: what is held out; the part of the last of several recordings is its beginning where the axis travels
+            less at the end, and a single recording has no others.
     """
     ready = [prepare(recording, axis) for recording in recordings]
     slowest = max(samples.sample_time for samples in ready)
@@ -56,17 +68,19 @@ def gather(recordings: Sequence[Recording], axis: Axis, *, in_time: bool = False
     if not now:
         now, before = before, []
     *others, last = now
-    if others and not in_time:
+    removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
+    if others and judges is not Judges.PART:
         train, held_out, kind = join(others), last, "recording"
+        if judges is Judges.OTHERS:
+            train, held_out, removed = held_out, train, (*removed, TURNED)
     else:
         cut = round((1.0 - HELD_OUT) * len(last))
         fitted, held_out = last.part(0, cut), last.part(cut, len(last))
         start = last.part(0, len(last) - cut)
-        if in_time and (not others or np.ptp(held_out.position) < np.ptp(start.position)):
+        if judges is Judges.PART and (not others or np.ptp(held_out.position) < np.ptp(start.position)):
             fitted, held_out = last.part(len(last) - cut, len(last)), start
         train, kind = join([*others, fitted]), "time"
-    removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
-    return Evidence(train, held_out, kind, join(before) if before else None, removed, digest(recordings))
+    return Evidence(train, held_out, kind, judges, join(before) if before else None, removed, digest(recordings))
 
 
 def digest(recordings: Sequence[Recording]) -> str:

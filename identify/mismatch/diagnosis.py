@@ -14,7 +14,7 @@ from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch.baseline import fit_baseline, read_again, read_torque
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import Evidence, digest, gather
+from identify.mismatch.data import Evidence, Judges, digest, gather
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.report_values import Measured, measured
@@ -83,22 +83,30 @@ def conclude(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
-    gathered = gather(recordings, axis)
-    restless = _restless(gathered.train.force) if doubtful else 0.0
+    restless = _restless(gather(recordings, axis).train.force) if doubtful else 0.0
     if restless > RESTLESS:
         reason = (
             f"{restless:.0%} of the logged force is restlessness from sample to sample: what acted between the samples "
             "of this loop is not known; log its mean, or filter the loop's velocity"
         )
         return _insufficient(recordings, axis, seed, reason)
-    found = _known_before(_selected(recordings, gathered, axis, doubtful, seed, progress))
-    if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED or found.happened or not found.torn:
+
+    def judged_by(judges: Judges) -> Conclusion | Diagnosis:
+        return _known_before(_selected(recordings, gather(recordings, axis, judges), axis, doubtful, seed, progress))
+
+    found = first = judged_by(Judges.LAST)
+    if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
+        return first
+    if first.torn and not first.happened:
+        found = judged_by(Judges.PART)
+        if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED:
+            return found
+        if found.verdict is Verdict.NO_MISMATCH:
+            found = first
+    if first.evidence.kind != "recording" or (first.nameless and first.nameless[0].like):
         return found
-    again = gather(recordings, axis, in_time=True)
-    more = _known_before(_selected(recordings, again, axis, doubtful, seed, progress))
-    if isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and found.verdict is Verdict.UNEXPLAINED):
-        return found
-    return more
+    turned = judged_by(Judges.OTHERS)
+    return turned if isinstance(turned, Conclusion) and turned.holds_beside(first) else found
 
 
 def _selected(

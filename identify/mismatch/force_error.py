@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.mismatch.data import Evidence
+from identify.mismatch.data import Evidence, Judges
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.result import Pair
@@ -43,10 +43,13 @@ def native(recordings: Sequence[Recording], axis: Axis, evidence: Evidence) -> N
         prepare(recording, dataclasses.replace(axis, analysis_sample_time=period))
         for recording, period in zip(now, periods, strict=True)
     ]
-    if len(fast) > 1:
-        return Native(tuple(fast[:-1]), (fast[-1],))
-    cut = int(np.searchsorted(fast[0].t, evidence.held_out.t[0]))
-    return Native((fast[0].part(0, cut),), (fast[0].part(cut, len(fast[0])),))
+    *others, last = fast
+    if others and evidence.judges is Judges.OTHERS:
+        return Native((last,), tuple(others))
+    held, step = evidence.held_out.t, evidence.held_out.sample_time
+    start, end = np.searchsorted(last.t, [held[0] - 0.5 * step, held[-1] + step])
+    rest = [last.part(a, b) for a, b in ((0, int(start)), (int(end), len(last))) if a < b]
+    return Native((*others, *rest), (last.part(int(start), int(end)),))
 
 
 def force_errors(problem: ExtendedProblem, x: Floats, parts: Native) -> Pair:

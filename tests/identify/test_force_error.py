@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from identify.mismatch.data import gather
+from identify.mismatch.data import Judges, gather
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.inverse import unexplained
@@ -27,6 +27,18 @@ def test_fast_recordings_are_split_as_the_evidence_but_not_averaged(fast):
     assert sum(map(len, (*parts.train, *parts.held_out))) == sum(map(len, recordings))
     if evidence.kind == "time":
         assert parts.held_out[0].t[0] == pytest.approx(evidence.held_out.t[0], abs=0.002)
+
+
+@pytest.mark.parametrize("judges", [Judges.PART, Judges.OTHERS])
+def test_fast_recordings_are_unseen_where_the_averaged_ones_are(fast, judges):
+    """What was fitted of the last recording is no part of the unseen force error, at any rate."""
+    _, axis, recordings, _ = fast
+    evidence = gather(recordings, axis, judges)
+    parts = native(recordings, axis, evidence)
+    for averaged, own in ((evidence.train, parts.train), (evidence.held_out, parts.held_out)):
+        assert sum(map(len, own)) == pytest.approx(5 * len(averaged), abs=10)
+        assert own[0].t[0] == pytest.approx(averaged.t[0], abs=0.003)
+        assert own[-1].t[-1] == pytest.approx(averaged.t[-1], abs=0.006)
 
 
 def test_slow_recordings_are_taken_as_they_were_fitted(tmp_path):

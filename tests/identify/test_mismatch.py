@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.criterion import FREE, restarted, short_run_criterion
-from identify.mismatch.data import gather
+from identify.mismatch.data import TURNED, Judges, gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.inverse import effect_force, unexplained
@@ -210,6 +210,11 @@ def test_one_recording_is_split_in_time_and_two_by_recording(tmp_path):
     both = gather(recordings, axis)
     assert both.kind == "recording"
     assert len(both.held_out) == pytest.approx(len(recordings[1]), abs=5)
+    turned = gather(recordings, axis, Judges.OTHERS)
+    assert turned.kind == "recording"
+    assert turned.removed == (*both.removed, TURNED)
+    np.testing.assert_array_equal(turned.train.position, both.held_out.position)
+    np.testing.assert_array_equal(turned.held_out.position, both.train.position)
 
 
 def test_in_time_only_the_part_of_the_last_recording_that_moves_more_is_held_out(tmp_path):
@@ -217,7 +222,7 @@ def test_in_time_only_the_part_of_the_last_recording_that_moves_more_is_held_out
     first, last = recordings
     parked = dataclasses.replace(last, position=np.where(last.t > 6.0, last.position[600], last.position))
     for recording, moving in ((last, 7.2), (parked, 0.0)):
-        found = gather([first, recording], axis, in_time=True)
+        found = gather([first, recording], axis, Judges.PART)
         assert found.kind == "time"
         assert float(found.held_out.t[0]) == pytest.approx(moving, abs=0.1)
         assert len(found.train) + len(found.held_out) == pytest.approx(len(first) + len(last), abs=10)

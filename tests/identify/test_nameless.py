@@ -15,7 +15,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.events import _spell, slow_force
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.probes import outlooks
-from identify.mismatch.result import FoundEffect, Quantity
+from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.ways import guises
@@ -456,3 +456,31 @@ def test_a_ripple_goes_into_a_turn_a_whole_number_of_times(tmp_path):
     late = guises({"dead_time": find("dead_time")}, setting)[0]
     assert late.oddity(np.array([late.unknowns[0].scaled(0.03)])) is None
     assert "less is no finding" in late.oddity(np.array([late.unknowns[0].scaled(0.001)]))
+
+
+@pytest.mark.parametrize(
+    ("gained", "share", "beside", "stands"),
+    [
+        ({}, 0.5, {"end_stop": 300.0}, True),
+        ({}, 0.5, {"inertia_error": 90.0}, True),  # fitted recordings that tell little of anything
+        ({}, 0.5, {"inertia_error": 614.0}, False),
+        ({}, 0.5, {"inertia_error": 614.0, "end_stop": 400.0}, True),
+        ({}, 0.75, {"end_stop": 300.0}, False),
+        ({"foreseen_z": 1.6}, 0.5, {"end_stop": 300.0}, False),
+        ({"foreseen_z": 1.6, "lacking": 0.1}, 0.5, {"end_stop": 300.0}, True),
+        ({"foreseen": 50.0, "lacking": 0.1}, 0.5, {"end_stop": 300.0}, False),
+    ],
+)
+def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, share, beside, stands):
+    told = Comparison(-300.0, 8.0, -250.0, 0.5, 0.5, 100.0, 4.0, lacking=0.9)
+    steps = [SimpleNamespace(guise=SimpleNamespace(name="end_stop"))]
+    turned = SimpleNamespace(
+        verdict=Verdict.EXPLAINED, selection=SimpleNamespace(steps=steps), final=None,
+        _gained=dataclasses.replace(told, **gained), _share=lambda _: share,
+    )  # fmt: skip
+    opening = [
+        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence))
+        for name, evidence in beside.items()
+    ]
+    first = SimpleNamespace(selection=SimpleNamespace(opening=opening))
+    assert Conclusion.holds_beside(turned, first) is stands

@@ -2,6 +2,7 @@
 
 import pytest
 
+from identify.mismatch.data import TURNED
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Verdict
 from tests.identify.studies.naming import drawn
@@ -102,3 +103,16 @@ def test_a_constant_force_that_has_appeared_since_commissioning_is_named(answere
 def test_a_ripple_of_a_tenth_of_a_newton_is_none_however_finely_it_is_marched(answered):
     """The machine is complete. Finer steps, which the ripple asks for, alone looked like newtons at each break-away."""
     assert answered(1080000, 115).effects == ()
+
+
+def test_what_only_the_last_recording_tells_is_named_where_the_others_foretell_it(answered):
+    """A drag that the first of two recordings, fitted, leaves no evidence of."""
+    found = answered(1160000, 123)
+    assert [effect.name for effect in found.effects] == ["quadratic_drag"]
+    assert found.held_out_kind == "recording"
+    assert TURNED in found.preprocessing
+
+
+def test_a_rounded_limit_of_the_torque_is_one(answered):
+    """A hard one leaves so much of it that an eccentric pulley was named beside it."""
+    assert [effect.name for effect in answered(1160000, 386).effects] == ["torque_saturation"]
