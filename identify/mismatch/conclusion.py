@@ -292,10 +292,9 @@ class Conclusion:
         return zero_jumps(self.evidence.train) or self._misfits
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
-        """What physics that is in no catalogue would explain, the most evident first."""
+        """What physics that is in no catalogue would explain."""
         likely = [step for step in steps if step.refused == NO_NAME and _telling(step) >= 2]
-        found = [self._along(step, step.guise.depends or "time", step.guise.name) for step in likely]
-        return sorted(found, key=lambda one: -one.evidence)
+        return [self._along(step, step.guise.depends or "time", step.guise.name) for step in likely]
 
     @property
     def _misfits(self) -> list[Structure]:
