@@ -245,7 +245,8 @@ class Conclusion:
         """Whether names found with the roles of the recordings exchanged stand, where `first` found none.
 
         What judges must clearly foretell them, in most places or where they leave little force, and be predicted so
-        much better; and nothing else may be so much more evident where it was fitted `first`.
+        much better; and where it was fitted `first`, nothing else may be so much more evident, nor they be too small or
+        too strange for their names.
         """
         names = {step.guise.name for step in self.selection.steps}
         if self.verdict is not Verdict.EXPLAINED or not names:
@@ -254,8 +255,11 @@ class Conclusion:
         if not foretold(told) and not (told.foreseen > FORESEEN and told.lacking < SOLVED):
             return False
         opening = first.selection.opening
+        ours = [step for step in opening if step.guise.name in names]
+        if any(step.misplaced for step in ours):
+            return False
         most = max((-step.evidence.bic for step in opening), default=0.0)
-        own = max((-step.evidence.bic for step in opening if step.guise.name in names), default=0.0)
+        own = max((-step.evidence.bic for step in ours), default=0.0)
         return self._share(self.final) < CLEARLY and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
     @property

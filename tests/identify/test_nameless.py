@@ -479,8 +479,11 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
         _gained=dataclasses.replace(told, **gained), _share=lambda _: share,
     )  # fmt: skip
     opening = [
-        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence))
+        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence), misplaced=False)
         for name, evidence in beside.items()
     ]
     first = SimpleNamespace(selection=SimpleNamespace(opening=opening))
     assert Conclusion.holds_beside(turned, first) is stands
+    for step in opening:
+        step.misplaced = True
+    assert Conclusion.holds_beside(turned, first) is (stands and "end_stop" not in beside)
