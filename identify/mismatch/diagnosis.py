@@ -94,15 +94,14 @@ def conclude(
     def judged_by(judges: Judges) -> Conclusion | Diagnosis:
         return _known_before(_selected(recordings, gather(recordings, axis, judges), axis, doubtful, seed, progress))
 
-    found = first = judged_by(Judges.LAST)
+    first = judged_by(Judges.LAST)
     if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
         return first
-    if first.torn and not first.happened:
-        found = judged_by(Judges.PART)
-        if isinstance(found, Diagnosis) or found.verdict is Verdict.EXPLAINED:
-            return found
-        if found.verdict is Verdict.NO_MISMATCH:
-            found = first
+    more = judged_by(Judges.PART) if first.torn and not first.happened else first
+    lost = isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and first.verdict is Verdict.UNEXPLAINED)
+    found = first if lost else more
+    if found.verdict is Verdict.EXPLAINED:
+        return found
     if first.evidence.kind != "recording" or (first.nameless and first.nameless[0].like):
         return found
     turned = judged_by(Judges.OTHERS)
