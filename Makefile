@@ -31,7 +31,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second cluster next-experiment before-after cannot-see axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second cluster next-experiment before-after cannot-see promises axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -106,6 +106,9 @@ real-machines: $(VENV)/.ready-dev  ## estimates and diagnoses of real machines; 
 
 cannot-see: $(VENV)/.ready-dev  ## what a recording can show, by excitation: docs/what-it-cannot-see.md
 	$(PY) -m tests.identify.studies.cannot_see $(ARGS)
+
+promises: $(VENV)/.ready-dev  ## is what `detectable` promises named nine times of ten? an hour of one core; ARGS="--machines 4" for less
+	$(PY) -m tests.identify.studies.promises $(ARGS)
 
 blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind --rivals $(ARGS)

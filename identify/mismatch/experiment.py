@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from identify.mismatch.detect import NEEDED
 from identify.mismatch.motions import Running, again, changes_of
 from identify.mismatch.rivals import Rival
 from identify.mismatch.separation import Model, Motion, apart_by, loaded, simulated
 
 Floats = NDArray[np.float64]
 
+NEEDED = 90.0  # expected evidence that tells two names apart nine times of ten: the rule's 25, its z, and luck
 TRAVEL_ROOM = 0.25  # of the recorded travel that may be added at each end where the axis file knows no travel
 DRIFT = 5.0  # times the travel: a simulated open loop that runs further away says nothing about this machine
 FORCE_ROOM = 1.2  # times the largest recorded force, where the drive's rating is not known

@@ -20,6 +20,7 @@ from identify.problem import FrictionProblem
 from plant.axis_file import read_axis
 from plant.effects import CATALOGUE, find
 from plant.recording_files import read_recording_entry
+from tests.identify.studies.promises import answer, spec_of, with_effect
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 
@@ -185,6 +186,24 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path, excitation, seed):
     assert found.effects == ()
     assert found.verdict is Verdict.NO_MISMATCH
     assert found.detectable["rail_defect"].value < 20.0
+    allowed = 0.01 * axis.drive.rated_force
+    assert found.detectable["force_offset"].value > allowed  # less is what the axis file leaves open
+
+
+def test_a_constant_force_is_not_promised_where_the_baseline_has_it_free(tmp_path):
+    _, axis, recordings = recorded(tmp_path, seed=9968, excitation="multisine", orientation="horizontal")
+    found = diagnose(recordings, axis)
+    assert found.verdict is Verdict.NO_MISMATCH
+    assert "rail_defect" in found.detectable
+    assert "force_offset" not in found.detectable
+
+
+def test_what_is_as_large_as_promised_is_named():
+    machine = spec_of(9952)
+    promised = answer(machine).detectable
+    wanted = ("viscous_asymmetry", "rail_defect", "pulley_eccentricity", "load_dependent_friction")
+    rows = [with_effect(machine, name, promised[name].value) for name in wanted]
+    assert sum(bool(row and row["named"]) for row in rows) >= 3, rows  # `make promises` for the rate
 
 
 def test_a_machine_that_hardly_moves_is_insufficient_data(tmp_path):

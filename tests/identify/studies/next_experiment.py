@@ -17,9 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.mismatch.detect import NEEDED
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.experiment import settling
+from identify.mismatch.experiment import NEEDED, settling
 from identify.mismatch.result import Diagnosis
 from identify.mismatch.separation import Motion as Wanted
 from plant.axis import Axis
