@@ -6,7 +6,6 @@ import threading
 
 import numpy as np
 import pytest
-import zenoh
 
 from monitor.bridge_news import news
 from monitor.cli.app import run_command
@@ -16,8 +15,8 @@ from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import write_axis
 from plant.recording import Recording
 from plant.recording_files import write_recording
-from plant.wire import decode_block
 from plant.zenoh_session import open_session
+from tests.monitor.committing import committing
 
 DRIVE = '[[axis]]\nname = "axis-1"\nnode = 1\ncounts_per_unit = 1e6\nrated_torque = 8.0\n'
 
@@ -131,25 +130,16 @@ def axes(folder):
 
 def test_several_axes_are_replayed_at_once(folder, hub, axes, capsys):
     endpoint, session = hub
-    blocks = []
-
-    def commit(sample):
-        block = decode_block(sample.payload.to_bytes(), str(sample.encoding))
-        blocks.append(block)
-        committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
-        key, text = keys.status_key("plant-1", block.axis), json.dumps({"committed": committed})
-        session.put(key, text, congestion_control=zenoh.CongestionControl.BLOCK)  # by default a busy link drops it
-
     recordings = [f"x-1={folder}/r-1.csv", f"x-2={folder}/r-2.csv", f"x-2={folder}/r-2.csv"]
-    with session.declare_subscriber(keys.samples_pattern("plant-1"), commit):
+    with committing(session) as blocks:
         assert run("replay", *recordings, *axes, "--speed", "max", "--connect", endpoint, "--json") == 0
     result = json.loads(capsys.readouterr().out)["axes"]
     assert [(one["axis"], one["samples"], one["acknowledged"]) for one in result] == [
         ("x-1", 250, True),
         ("x-2", 500, True),
     ]
-    ends = [int(block.t_ns[-1]) for block in blocks]
-    assert ends == sorted(ends)
+    for name, seqs in (("x-1", [0, 100, 200]), ("x-2", [0, 100, 200, 250, 350, 450])):
+        assert [block.seq for block in blocks if block.axis == name] == seqs
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from monitor.cli.app import run_command
-from plant import keys
 from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import write_axis
 from plant.recording import Recording
 from plant.recording_files import write_recording
-from plant.wire import decode_block
 from plant.zenoh_session import open_session
+from tests.monitor.committing import committing
 
 AXIS = Axis("x-1", Mechanics(Orientation.HORIZONTAL, M=5.0, force_per_torque=4.0))
 
@@ -28,18 +27,8 @@ def setting(tmp_path):
 @pytest.fixture
 def receiver(setting):
     _, endpoint = setting
-    blocks = []
-    with open_session("peer", listen=[endpoint]) as session:
-
-        def commit(sample):
-            block = decode_block(sample.payload.to_bytes(), str(sample.encoding))
-            blocks.append(block)
-            committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
-            status = {"schema_version": 1, "axis": block.axis, "committed": committed}
-            session.put(keys.status_key("plant-1", block.axis), json.dumps(status))
-
-        with session.declare_subscriber(keys.samples_pattern("plant-1"), commit):
-            yield blocks
+    with open_session("peer", listen=[endpoint]) as session, committing(session) as blocks:
+        yield blocks
 
 
 def run(folder, *arguments):

@@ -4,18 +4,15 @@ import json
 
 import numpy as np
 import pytest
-import zenoh
-import zenoh.ext
 
 from monitor.cli.app import run_command
 from monitor.cli.simulate import seconds
-from plant import keys
 from plant.axis_file import read_axis
 from plant.errors import InputError
 from plant.recording_files import read_recording
 from plant.scenario_file import names, read_scenario
-from plant.wire import decode_block
 from plant.zenoh_session import open_session
+from tests.monitor.committing import committing
 
 
 def run(*arguments):
@@ -29,22 +26,8 @@ def endpoint(tmp_path):
 
 @pytest.fixture
 def receiver(endpoint):
-    blocks = []
-    with open_session("peer", listen=[endpoint]) as session:
-
-        def commit(sample):
-            block = decode_block(sample.payload.to_bytes(), str(sample.encoding))
-            blocks.append(block)
-            committed = {"epoch": block.epoch, "seq": block.seq + len(block) - 1}
-            session.put(keys.status_key("plant-1", block.axis), json.dumps({"committed": committed}))
-
-        history = zenoh.ext.HistoryConfig(detect_late_publishers=True)  # as the daemon: the first blocks may be early
-        recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
-        subscriber = zenoh.ext.declare_advanced_subscriber(
-            session, keys.samples_pattern("plant-1"), commit, history=history, recovery=recovery
-        )
+    with open_session("peer", listen=[endpoint]) as session, committing(session) as blocks:
         yield blocks
-        subscriber.undeclare()
 
 
 def test_the_list_names_every_scenario_of_the_package(capsys):
