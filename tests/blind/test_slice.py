@@ -143,7 +143,7 @@ def test_thresholds_are_frozen_by_a_digest(tmp_path):
     found = thresholds()
     names = {name.split(".")[1] for name in found}
     assert {"BIC", "Z", "TIED_SHARE", "NEEDED"} <= names  # wherever the rules stand
-    assert found["detect.NEEDED"] == "90.0"
+    assert found["experiment.NEEDED"] == "90.0"
     assert not any("COORDINATE" in name or "PLAIN" in name for name in found)
     (tmp_path / "one.py").write_text("A = 1.0\nB, C = 2, 3\nTEXT = 'x'\n")
     assert thresholds(tmp_path) == {"one.A": "1.0", "one.B": "2", "one.C": "3"}
