@@ -31,6 +31,7 @@ UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another ef
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
+TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
 SPOILED = 1.5  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
@@ -210,9 +211,12 @@ def best_of(steps: list[Step]) -> Step | None:
     if not accepted:
         return None
     best = min(accepted, key=lambda step: cost(step.fit))
+    left = best.evidence.unseen
     for step in steps:
-        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and best.evidence.unseen > PROVEN:
-            return None
+        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC:
+            stranger = step.refused == NO_NAME and step.evidence.unseen < TRUER * left
+            if left > PROVEN or stranger:
+                return None
         if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best

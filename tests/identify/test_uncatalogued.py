@@ -71,13 +71,18 @@ def test_starts_lie_within_bounds():
 def test_a_name_gives_way_to_what_is_clearly_likelier_only(monkeypatch):
     monkeypatch.setattr("identify.mismatch.rules.cost", lambda fit: fit)
 
-    def step(name, price, refused=None):
-        told = Comparison(price, 8.0, price, 0.5, 0.5, 100.0, 5.0)
+    def step(name, price, refused=None, unseen=0.5):
+        told = Comparison(price, 8.0, price, 0.5, unseen, 100.0, 5.0)
         return Step(price, SimpleNamespace(name=name), told, 1.0, refused, 1.0)
 
     mass = step("inertia_error", -300.0)
     assert best_of([mass, step("frictional_lag", -340.0, NO_NAME)]) is None
     assert best_of([mass, step("frictional_lag", -310.0, NO_NAME)]) is mass
+
+    proven = step("position_spring", -300.0, unseen=0.04)
+    assert best_of([proven, step("cable_hysteresis", -340.0, NO_NAME, unseen=0.02)]) is proven
+    assert best_of([proven, step("cable_hysteresis", -340.0, NO_NAME, unseen=0.002)]) is None
+    assert best_of([proven, step("cable_hysteresis", -310.0, NO_NAME, unseen=0.002)]) is proven
 
 
 @pytest.mark.parametrize(
