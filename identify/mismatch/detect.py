@@ -64,10 +64,11 @@ class _Scene:
 
 
 def _constant(fit: Fit, guise: Guise) -> Hidden | None:
-    """A constant force: what the axis file allows, and how well it is known; None where the baseline has it free."""
+    """A constant force: its whole interval beyond what the axis file allows; None where the baseline has it free."""
     if not fit.problem.gravity_known:
         return None
-    force = allowed_constant(fit.problem) + LUCK * constant_of(fit)[1]
+    there, half = constant_of(fit)
+    force = allowed_constant(fit.problem) + abs(there) + 2.0 * half  # it may be found that much nearer to none
     return Hidden(force, guise.effect.parameters[0].unit_on(fit.problem.axis), force)
 
 
