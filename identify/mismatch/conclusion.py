@@ -72,6 +72,7 @@ WORTH = 0.85  # of the baseline's one-second error on unseen data: names that le
 # worth the risk of being wrong
 CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was; names that leave
 # more of it in all runs must at least make unseen data likelier, sample by sample
+MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need not agree
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
@@ -95,6 +96,7 @@ class Conclusion:
 
     Attributes:
         plain: the baseline everybody would fit; that of the selection may know friction from commissioning.
+        told_twice: whether two recordings, each fitted by itself, gave this name (`twice.py`).
     """
 
     axis: Axis
@@ -106,6 +108,7 @@ class Conclusion:
     ways: list[Guise]
     progress: Tell
     plain: Fit
+    told_twice: bool = False
 
     @cached_property
     def final(self) -> Fit:
@@ -156,10 +159,11 @@ class Conclusion:
             return True
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
-        if share >= CLEARLY and not foretold(self._gained):
+        past = fairest_ratio(self._everyday, final, self.evidence.held_out)
+        most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
+        if share >= CLEARLY and not (most_runs or foretold(self._gained)):
             return False
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
-        past = fairest_ratio(self._everyday, final, self.evidence.held_out)
         still = self.selection.chosen.latent_force > STILL * self._bare.latent_force
         return share < (CLEARLY if still else WORTH) or past < enough
 
@@ -211,7 +215,8 @@ class Conclusion:
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
         little = LITTLE * min(step.acting for step in self.selection.steps) if share < PROVEN else 0.0
         left = [s for s in self.left if not 0.0 < s.force < little]
-        return all(s.evidence < (1.0 if s.coordinate in beside else LEFT) * explained for s in left)
+        solved = share < PROVEN and decided(self._gained) and self._gained.lacking < PROVEN
+        return all(s.evidence < (1.0 if solved or s.coordinate in beside else LEFT) * explained for s in left)
 
     @cached_property
     def _gained(self) -> Comparison:
@@ -230,7 +235,7 @@ class Conclusion:
         """Whether there is something to name, and its name is worth the risk."""
         if not self.selection.steps:
             return self._offset_named
-        return self.stands and self.pays() and bool(self.named)
+        return (self.told_twice or (self.stands and self.pays())) and bool(self.named)
 
     def or_constant(self) -> Conclusion:
         """This, or, where its names gain too little, the constant force that explains something without them."""

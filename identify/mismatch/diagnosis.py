@@ -22,6 +22,7 @@ from identify.mismatch.residual import RESTING, setting_of
 from identify.mismatch.result import Diagnosis, Verdict
 from identify.mismatch.rules import BIC, price
 from identify.mismatch.select import Selection, select
+from identify.mismatch.twice import told_twice
 from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
@@ -105,7 +106,9 @@ def conclude(
     if first.evidence.kind != "recording" or (first.nameless and first.nameless[0].like):
         return found
     turned = judged_by(Judges.OTHERS)
-    return turned if isinstance(turned, Conclusion) and turned.holds_beside(first) else found
+    if isinstance(turned, Diagnosis):
+        return found
+    return turned if turned.holds_beside(first) else told_twice(first, turned) or found
 
 
 def _selected(

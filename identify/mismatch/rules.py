@@ -90,6 +90,11 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
             return f"the fitted data themselves are predicted worse ({evidence.free_run:.2f})"
         if evidence.unseen > HELD_OUT and not (both < UNFINISHED and evidence.steady < OVERWHELMING):
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
+    return misplacement(fitted, guise, evidence, force)
+
+
+def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
+    """Why a likely effect is too small or too strange to be what it is called, or None."""
     if force < SMALLEST * fitted.dry_level:
         return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
     if guise.depends is not None:

@@ -54,6 +54,7 @@ FAMILIES = (
     frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
     frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
     frozenset({"inertia_error", "torque_scale_error", "load_dependent_friction", "quadratic_drag"}),
+    frozenset({"position_spring", "torque_ripple"}),
     frozenset({"viscous_asymmetry", "quadratic_drag"}),
     frozenset({"torque_saturation", "load_dependent_friction", "quadratic_drag"}),
     frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
@@ -190,6 +191,8 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
     """
     if step.refused is not None or not taken:
         return step
+    if _one_force(step.fit):
+        return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
     enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
@@ -199,6 +202,16 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
         return step
     whose = (local or bent)[0] if local or bent else min(kin or taken)
     return replace(step, refused=f"it may stand in for how {whose} differs from the catalogue's")
+
+
+def _one_force(fitted: Fit) -> bool:
+    """Whether a model holds a spring and a wave longer than the travel, whose sum may be either of them alone."""
+    if "position_spring" not in fitted.names:
+        return False
+    problem = fitted.problem
+    waves = [guise for guise in problem.guises if guise.wave is not None]
+    periods = [guise.unknowns[0].value(fitted.x[problem.slot(guise)][:1])[0] for guise in waves]
+    return any(period > problem.scales.travel for period in periods)
 
 
 def _improves(evidence: Comparison, kin: set[str]) -> bool:

@@ -214,7 +214,7 @@ class Grown:
     """As much of a fit as the question asks for whether an effect is one of its own."""
 
     def __init__(self, gained, *names):
-        self.gained, self.x = gained, np.zeros(3)
+        self.gained, self.x, self.names = gained, np.zeros(3), names
         self.problem = SimpleNamespace(guises=[SimpleNamespace(name=name) for name in names])
 
     def terms(self):
@@ -327,6 +327,24 @@ def test_names_that_predict_little_better_pay_only_where_unseen_data_agree(monke
     assert Conclusion.pays(weighed(0.81, 4.0, 0.1))
     assert not Conclusion.pays(weighed(0.81, 2.3, 0.1))
     assert Conclusion.pays(weighed(0.6, 2.3, 0.1))
+    monkeypatch.setattr(conclusion, "fairest_ratio", lambda *_: 0.14)  # warmth under a staircase
+    assert Conclusion.pays(weighed(0.71, 1.3, 0.1))
+    assert not Conclusion.pays(weighed(0.9, 1.3, 0.1))
+
+
+def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_all_is_left(monkeypatch):
+    """Two lags in series, called one and a dead time: what they left looked like bristles, 45 % of the evidence."""
+    monkeypatch.setattr(conclusion, "price", lambda fit: 17000.0 if fit.latent_force > 2.0 else 0.0)
+
+    def stands(share, lacking):
+        told = weighed(share, 60.0, 1.5)
+        told.left = [SimpleNamespace(force=0.0, evidence=7600.0, coordinate="distance_since_reversal")]
+        told._gained = Comparison(-17000.0, 6.0, -15000.0, 0.1, 0.1, 20000.0, 60.0, again=18000.0, lacking=lacking)
+        return Conclusion.stands.func(told)
+
+    assert stands(0.09, 0.06)
+    assert not stands(0.09, 0.2)
+    assert not stands(0.12, 0.06)
 
 
 def test_names_beside_which_much_force_and_error_are_left_do_not_stand(monkeypatch):

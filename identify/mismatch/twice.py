@@ -1,0 +1,60 @@
+"""A name that two recordings give, each fitted by itself: that stands in for agreement within one of them.
+
+A stop that is touched once a stroke has its evidence in few places of a recording, and a gap whose state nobody knows
+makes every free run worse. Chance is in few places, too; but another recording does not have the same chance, of the
+same size at the same place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.report_values import measured, quantities
+from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, misplacement
+from identify.mismatch.select import Selection
+from identify.mismatch.wandering import ONCE
+
+
+def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
+    """The one name that leads in two conclusions, neither of which stands by itself; None where none is sure.
+
+    Args:
+        first: fitted to the recordings before the last, which judges.
+        turned: with their roles exchanged.
+    """
+    told = [(found, step) for found in (first, turned) if (step := _leader(found)) is not None]
+    if len(told) < 2 or not _agree(told[0][1], told[1][1]):
+        return None
+    found, step = min(told, key=lambda one: one[1].evidence.unseen)
+    opening = found.selection.opening
+    named = dataclasses.replace(step, refused=None)
+    selection = Selection(found.selection.baseline, step.fit, [named], [opening], opening=opening)
+    sure = dataclasses.replace(found, selection=selection, told_twice=True)
+    return sure if sure.explains else None
+
+
+def _leader(found: Conclusion) -> Step | None:
+    """What is far likelier than all else on top of the baseline, where unseen data are likelier by it; or None."""
+    if found.selection.shift or not found.selection.opening:
+        return None
+    first, *others = found.selection.opening
+    told = first.evidence
+    if first.guise.name in ONCE or told.bic > BIC_STRONG or told.foreseen < FORESEEN:
+        return None
+    lead = max(TIED_BIC, -KNOWN * told.bic)
+    if any(other.evidence.bic < told.bic + lead for other in others if other.guise.name != first.guise.name):
+        return None
+    return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
+
+
+def _agree(one: Step, other: Step) -> bool:
+    """Whether two steps are the same effect, every size of which may be the same."""
+    if one.guise.name != other.guise.name:
+        return False
+    sizes = [quantities(measured(step.fit), step.guise) for step in (one, other)]
+    for name in sizes[0].keys() & sizes[1].keys():
+        ours, theirs = (size[name].ci95 for size in sizes)
+        if ours is not None and theirs is not None and (ours[0] > theirs[1] or theirs[0] > ours[1]):
+            return False
+    return True

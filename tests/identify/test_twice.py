@@ -1,0 +1,99 @@
+"""A name that two recordings give apart from each other, though neither gives it by itself."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from identify.mismatch import twice
+from identify.mismatch.compare import Comparison
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.guise import Unknown
+from identify.mismatch.result import Quantity, Verdict
+from identify.mismatch.select import _one_force
+from tests.identify.studies.naming import drawn
+
+TOLD = Comparison(-1900.0, 1.4, -120.0, 1.1, 1.06, 104.0, 1.2)
+
+
+def led_by(name="end_stop", second="rail_defect", behind=700.0, **changed):
+    """A conclusion without a name, whose opening is led by `name`."""
+    told = dataclasses.replace(TOLD, **changed)
+    steps = [
+        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=told, fit=None, acting=5.0),
+        SimpleNamespace(guise=SimpleNamespace(name=second), evidence=dataclasses.replace(told, bic=told.bic + behind)),
+    ]
+    return SimpleNamespace(selection=SimpleNamespace(shift=False, opening=steps))
+
+
+@pytest.fixture
+def sized(monkeypatch):
+    """Sizes of the steps of both conclusions, as told by the test; nothing is odd about them."""
+    intervals = [(4.0, 5.0), (4.8, 6.0)]
+    sizes = iter(intervals * 9)
+    monkeypatch.setattr(twice, "misplacement", lambda *_: None)
+    monkeypatch.setattr(twice, "measured", lambda fit: fit)
+    monkeypatch.setattr(twice, "quantities", lambda *_: {"stiffness": Quantity(4.9, "N/m", next(sizes))})
+    return intervals
+
+
+def test_what_leads_in_both_with_sizes_that_agree_leads(sized):
+    steps = [twice._leader(found) for found in (led_by(), led_by())]
+    assert [step.guise.name for step in steps] == ["end_stop"] * 2
+    assert twice._agree(*steps)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"name": "backlash"},
+        {"foreseen": 50.0},  # what judges is hardly likelier
+        {"bic": -50.0},
+        {"behind": 150.0},  # something else is nearly as likely
+        {"bic": -100.0, "behind": 20.0},
+    ],
+)
+def test_what_leads_in_one_only_is_no_name(sized, other):
+    assert twice.told_twice(led_by(), led_by(**other)) is None
+
+
+def test_sizes_must_agree(sized, monkeypatch):
+    apart = iter([(4.0, 5.0), (5.1, 6.0)])
+    monkeypatch.setattr(twice, "quantities", lambda *_: {"stiffness": Quantity(4.9, "N/m", next(apart))})
+    assert twice.told_twice(led_by(), led_by()) is None
+
+
+def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
+    assert twice.told_twice(led_by("step_change"), led_by("step_change")) is None
+    monkeypatch.setattr(twice, "misplacement", lambda *_: "a parameter ended on its bound")
+    assert twice.told_twice(led_by(), led_by()) is None
+
+
+def test_another_way_of_the_same_effect_is_no_rival(sized):
+    assert twice._leader(led_by(second="end_stop", behind=1.0)) is not None
+
+
+def test_a_stop_that_is_touched_once_a_stroke_is_named(tmp_path):
+    """A training case: z of 1.4 and 1.7 in its two recordings, evidence of 1900 and 3400."""
+    label, _, axis, recordings = drawn(1_220_000, 96, tmp_path)
+    found = diagnose(recordings, axis)
+    assert found.verdict is Verdict.EXPLAINED
+    assert [effect.name for effect in found.effects] == ["end_stop"]
+    low, high = found.effects[0].parameters["position"].ci95
+    assert low < label["effects"]["end_stop"]["position"] < high
+
+
+def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():
+    period = Unknown("period", 1.0, 0.1, 10.0, log=True)
+    waves = [SimpleNamespace(wave=None), SimpleNamespace(wave=("amplitude", "phase"), unknowns=(period,))]
+
+    def one(length, names=("position_spring", "torque_ripple")):
+        problem = SimpleNamespace(
+            guises=waves, slot=lambda _: slice(0, 1), scales=SimpleNamespace(travel=2.0)
+        )  # fmt: skip
+        return _one_force(SimpleNamespace(names=names, problem=problem, x=np.array([np.log(length)])))
+
+    assert one(3.1)
+    assert not one(1.9)
+    assert not one(3.1, ("torque_ripple",))
