@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, block_z, fit
 from identify.mismatch.coupled import CoupledProblem, coupled
+from identify.mismatch.curve import CURVE
 from identify.mismatch.data import join
 from identify.mismatch.guise import Guise
 from identify.mismatch.report_values import reported
@@ -81,7 +82,7 @@ def _offered(chosen: Fit) -> list[Shown]:
     problem = chosen.problem
     names = [row[0] for row in problem.named(chosen.x)]
     found = [Shown(name, (index,)) for index, name in enumerate(names) if index < problem.base]
-    for guise in problem.guises:
+    for guise in [guise for guise in problem.guises if guise.name != CURVE]:
         at = tuple(problem.slot(guise).start + index for index in strengths(guise))
         name = guise.wave[0] if guise.wave is not None else guise.unknowns[strengths(guise)[0]].parameter
         found.append(Shown(name, at, guise))

@@ -15,6 +15,7 @@ from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
+from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
 from identify.mismatch.experiment import Experiment, in_words, propose, settling
@@ -77,9 +78,11 @@ ELSEWHERE = 100.0  # evidence for anything else that recordings may have in whic
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
+EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
+WIDE = 6.0  # times a size: an interval that is wider says that nothing is known of it
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
@@ -151,12 +154,12 @@ class Conclusion:
 
         A few runs that break away too early or too late may decide the contract's sum of squares. Past the worst of
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
-        Where most of the latent force is explained, sample by sample, free runs are not asked.
+        Where most of the latent force is explained, sample by sample, free runs need only be no worse.
         """
         final = self.final
         share = self._share(final)
         if decided(self._gained):
-            return True
+            return share < HELD_OUT or fairest_ratio(self._everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = fairest_ratio(self._everyday, final, self.evidence.held_out)
@@ -178,15 +181,15 @@ class Conclusion:
 
     @cached_property
     def _bare(self) -> Fit:
-        """The model without effects: the baseline, with the shift of the clock that is no effect."""
-        if not self.selection.shift:
+        """The model without effects: the baseline, with the shift of the clock or the exponent that is no effect."""
+        if not self.selection.aside:
             return self.selection.baseline
         return reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
 
     @property
     def _everyday(self) -> Fit:
-        """What names must predict better than: the baseline everybody would fit, or one with that shift."""
-        return self._bare if self.selection.shift else self.plain
+        """What names must predict better than: the baseline everybody would fit, or one with what is no effect."""
+        return self._bare if self.selection.aside else self.plain
 
     @cached_property
     def stands(self) -> bool:
@@ -275,7 +278,7 @@ class Conclusion:
     @cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
-        return self._held_out(self.plain) > TORN * self.own
+        return self._held_out(self._everyday) > TORN * self.own
 
     @cached_property
     def own(self) -> float:
@@ -326,7 +329,7 @@ class Conclusion:
         """The answer in a word."""
         if self.explains:
             return Verdict.EXPLAINED
-        strays = self.evidence.kind == "time" and self._held_out(self.plain) > STRAY * self.own
+        strays = self.evidence.kind == "time" and self._held_out(self._everyday) > STRAY * self.own
         doubtful = strays or (bool(self.selection.steps) and not self.stands)
         return Verdict.UNEXPLAINED if self.nameless or doubtful else Verdict.NO_MISMATCH
 
@@ -357,8 +360,9 @@ class Conclusion:
             alternatives, candidates = self._experiments(chosen, alternatives)
         best = settling(candidates)
         location = self._place(effects) if effects else self._nameless(found, chosen)
-        hidden = detectable(baseline, self.ways) if verdict is Verdict.NO_MISMATCH else {}
-        remaining = Quantity(chosen.latent_force, self.axis.force_unit)
+        hidden = detectable(self._everyday, self.ways) if verdict is Verdict.NO_MISMATCH else {}
+        left = self._everyday if chosen is baseline else chosen
+        remaining = Quantity(left.latent_force, self.axis.force_unit)
         if verdict is Verdict.EXPLAINED:
             explanation = words.explained(effects, alternatives, held_chosen / max(held, 1e-300))
         elif verdict is Verdict.UNEXPLAINED:
@@ -398,7 +402,7 @@ class Conclusion:
             experiments=candidates,
             seed=self.seed,
             data_sha256=evidence.sha256,
-            preprocessing=(*evidence.removed, *((CLOCK,) if self.selection.shift else ()), *self._unnamed(effects)),
+            preprocessing=(*evidence.removed, *self._aside(shown), *self._unnamed(effects)),
             pictures=pictures_of(
                 self.selection,
                 baseline,
@@ -467,9 +471,21 @@ class Conclusion:
             return False
         if not _may_be_absent(effect):
             return True
+        if _unknown(effect):
+            return False
         step = next(step for step in self.selection.steps if step.guise.name == effect.name)
         alone = len(self.selection.steps) == 1 and self._share(self.final) < PROVEN
         return effect.name not in LATE and (foretold(step.evidence) or (alone and effect.name not in ONCE))
+
+    def _aside(self, shown: Fit) -> tuple[str, ...]:
+        """What is said of what the model takes into account though it is no effect."""
+        said = (CLOCK,) if self.selection.shift else ()
+        model = shown if CURVE in shown.names else self.selection.chosen
+        if CURVE not in self.selection.aside:
+            return said
+        bend = model.x[model.problem.slot(model.problem.guise(CURVE))]
+        exponent = float(np.exp(model.problem.guise(CURVE).unknowns[0].value(bend)[0]))
+        return (*said, EXPONENT.format(exponent))
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         """What is said of an effect in the model that is not among the `named` ones."""
@@ -502,7 +518,7 @@ class Conclusion:
         chosen = tuple(effect.name for effect in effects)
         sets, swaps = [chosen], []
         for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
-            for rival in tied(step, [rival for rival in rivals if rival.refused is None]):
+            for rival in tied(step, [rival for rival in rivals if rival.refused is None or rival.small]):
                 _add(sets, self._constants(chosen, rival), step.guise.name, rival.guise.name)
                 swaps.append((step.guise.name, rival.guise.name))
         for pair in itertools.combinations(dict.fromkeys(swaps), 2):
@@ -565,6 +581,13 @@ def _may_be_absent(effect: FoundEffect) -> bool:
     sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
     intervals = [effect.parameters[name].ci95 for name in sizes if name in effect.parameters]
     return any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)
+
+
+def _unknown(effect: FoundEffect) -> bool:
+    """Whether the interval of a size is so wide that nothing is known of it: fitted and unseen data disagree."""
+    sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
+    known = [effect.parameters[name] for name in sizes if name in effect.parameters]
+    return any(one.ci95 is not None and one.ci95[1] - one.ci95[0] > WIDE * abs(one.value) for one in known)
 
 
 def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:

@@ -72,7 +72,10 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     least = min(cost.values())
     own = price(_held(fitted, _at_most(fitted))) - price(fitted)
     close = least + max(TIED_BIC, KNOWN * (so_far + own))
-    first = next(name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far))
+    likely = [name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far)]
+    first = next((name for name in likely if _sure(found[name], name)), None)
+    if first is None:
+        return None
     names = (first, *(name for name in cost if name != first and cost[name] < close))
     best = found[first]
     guise = next(guise for guise in best.problem.guises if guise.name == first)
@@ -102,6 +105,12 @@ def _sensible(reading: Fit, name: str) -> bool:
     """Whether the size of what the constant force is read as can be one."""
     guise = reading.problem.guise(name)
     return guise.oddity(reading.x[reading.problem.slot(guise)]) is None
+
+
+def _sure(reading: Fit, name: str) -> bool:
+    """Whether the interval of what the constant force is read as leaves no zero; its own does not (`_known`)."""
+    interval = next(iter(quantities(measured(reading), reading.problem.guise(name)).values())).ci95
+    return name == "force_offset" or interval is None or interval[0] * interval[1] > 0.0
 
 
 def _read(fitted: Fit, guise: Guise, value: float) -> Fit:

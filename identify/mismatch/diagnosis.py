@@ -14,6 +14,7 @@ from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch.baseline import fit_baseline, read_again, read_torque
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.curve import curve
 from identify.mismatch.data import Evidence, Judges, digest, gather
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
@@ -171,7 +172,8 @@ def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) ->
     """What recordings of this `native` period [s] can hold, and what was found in them."""
     setting = setting_of(baseline.problem, baseline.x, native)
     ways = guises({name: find(name) for name in names()}, setting)
-    return setting, ways, select(baseline, [*ways, *uncatalogued(setting, names())], evidence.held_out, progress)
+    offered = [*ways, *uncatalogued(setting, names()), curve()]
+    return setting, ways, select(baseline, offered, evidence.held_out, progress)
 
 
 def _restless(force: Floats) -> float:

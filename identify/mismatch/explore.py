@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, compare, fit
+from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
@@ -29,7 +30,7 @@ STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that 
 NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
-LITTLE = 0.03  # of the evidence of an effect that has earned its name: what shows less is not fitted beside it
+LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # friction's own curve imitates the one so well, and the other acts so seldom, that no slope tells: always refitted
 IMITATED = {"quadratic_drag", "dwell_time_stiction"}
@@ -98,7 +99,8 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
         notable = max(NOTABLE, SHARE * ranked[0].gain) if ranked else 0.0
         strange = [lead.guise.name for lead in ranked if lead.guise.depends is not None and lead.gain > notable]
         names = list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is None))[:most]
-        names += list(dict.fromkeys(strange))[:STRANGE]
+        names += [name for name in dict.fromkeys(strange) if name != CURVE][:STRANGE]
+        names += [CURVE] if CURVE in strange else []
         for lead in [lead for lead in ranked if lead.guise.name in names]:
             if lead.gain < FAINT * ranked[0].gain:
                 break

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, block_z, fit, trimmed
+from identify.mismatch.curve import CURVE
 from identify.mismatch.guise import Guise
 from identify.mismatch.rules import TIED_BIC, TIED_Z, Step
 from identify.mismatch.score import extend
@@ -48,6 +49,7 @@ def rivals_of(
 
 def fit_of(names: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways: Sequence[Guise]) -> Fit | None:
     """The best known fit with just these effects, or a fresh one that starts from what is known of each."""
+    names = names | ({CURVE} & set(chosen.names))  # how friction falls with speed is the same beside all of them
     known = [step for stage in stages for step in stage if step.guise in step.fit.problem.guises]
     direct = [step.fit for step in known if set(step.fit.names) == names]
     if direct:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.mismatch.compare import Comparison, Fit, block_z
+from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.promoted import CONSTANT
@@ -24,6 +25,7 @@ FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on 
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 FORESEEN, FORESEEN_Z = 60.0, 3.0  # evidence of unseen data, sample by sample, and its z: for or against a name
+FAINT, PLAIN = -10.0, 250.0  # evidence that a name needs where that of unseen data, which asked for nothing, is so much
 SPOILS = 1.4  # on the fitted data, where the likelihood asked for the effect: a little more is how a start is known
 SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
@@ -43,6 +45,7 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
+NO_FINDING = "less is no finding"  # end of the reason that a size is too small to be told
 LIKELY_BUT = ("its force of", "a parameter ended", "its size of", NO_NAME)  # reasons a likely effect is refused
 
 
@@ -67,6 +70,11 @@ class Step:
     acting: float = 0.0
 
     @property
+    def small(self) -> bool:
+        """True where the effect is likely, but smaller than what is a finding by itself."""
+        return self.misplaced and (self.refused or "").endswith(NO_FINDING)
+
+    @property
     def misplaced(self) -> bool:
         """True where the effect is likely, but too small or too strange to be what it is called."""
         return self.refused is not None and self.refused.startswith(LIKELY_BUT)
@@ -74,7 +82,7 @@ class Step:
 
 def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
     """Why the effect does not earn its name, or None."""
-    if evidence.bic > BIC:
+    if evidence.bic > (FAINT if told_elsewhere(evidence) else BIC):
         return f"evidence {-evidence.bic:.0f} is below {-BIC:.0f}"
     if not agreed(evidence):
         return f"the evidence comes from few places (z = {evidence.z:.1f})"
@@ -161,6 +169,11 @@ def agreed(evidence: Comparison) -> bool:
     return evidence.steady < BIC_STRONG and (evidence.z >= Z_LEAST or evidence.again > FORESEEN)
 
 
+def told_elsewhere(evidence: Comparison) -> bool:
+    """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little."""
+    return evidence.foreseen > PLAIN and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
+
+
 def foretold(evidence: Comparison) -> bool:
     """True where unseen data, sample by sample, are clearly likelier, and agree on it."""
     return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
@@ -236,6 +249,16 @@ def clock_shift(steps: list[Step]) -> Step | None:
     best = best_of(steps)
     likely = [step for step in steps if step is best or step.refused == NO_NAME]
     return shift if price(shift.fit) < min((price(s.fit) for s in likely), default=np.inf) + 2.0 * TIED_BIC else None
+
+
+def other_curve(steps: list[Step]) -> Step | None:
+    """Another exponent in eq. (1), where nothing explains more: how friction falls with speed, which is no effect."""
+    found = [step for step in steps if step.guise.name == CURVE and step.refused == NO_NAME]
+    bent = next((step for step in found if step.evidence.bic < BIC_STRONG and agreed(step.evidence)), None)
+    if bent is None or bent.evidence.foreseen < 0.0:
+        return None
+    likely = [step for step in steps if step is not bent and (step.refused is None or step.misplaced)]
+    return bent if cost(bent.fit) < min((cost(step.fit) for step in likely), default=np.inf) else None
 
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:

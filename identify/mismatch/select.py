@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from identify.mismatch.bends import bend
 from identify.mismatch.compare import Comparison, Fit, compare, fit, trimmed
+from identify.mismatch.curve import CURVE
 from identify.mismatch.explore import explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import Bools, acting
@@ -30,8 +31,10 @@ from identify.mismatch.rules import (
     clock_shift,
     cost,
     foretold,
+    other_curve,
     price,
     refusal,
+    told_elsewhere,
 )
 from identify.preprocess import Samples
 
@@ -73,10 +76,9 @@ class Selection:
 
     Attributes:
         baseline: nothing but friction.
-        chosen: the model with all effects, and perhaps a shift of the clock that is none.
+        chosen: the model with all effects, and perhaps what is none: a shift of the clock, another Stribeck exponent.
         steps: the effects, in the order of their finding.
         rivals: what was tried at each step.
-        shift: whether torque and position turned out to be stamped by so little apart that it is no effect.
         opening: what was tried for the first effect, as it was seen then.
         others: selections that began with another name and ended as likely.
     """
@@ -85,9 +87,18 @@ class Selection:
     chosen: Fit
     steps: list[Step] = field(default_factory=list)
     rivals: list[list[Step]] = field(default_factory=list)
-    shift: bool = False
     opening: list[Step] = field(default_factory=list)
     others: list[Selection] = field(default_factory=list)
+
+    @property
+    def aside(self) -> set[str]:
+        """What the chosen model takes into account though it is no effect."""
+        return set(self.chosen.names) - {step.guise.name for step in self.steps}
+
+    @property
+    def shift(self) -> bool:
+        """Whether torque and position turned out to be stamped by so little apart that it is no effect."""
+        return "dead_time" in self.aside
 
 
 def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell = unheard) -> Selection:
@@ -116,10 +127,7 @@ def _other_openings(first: Selection) -> list[Selection]:
     for step in first.opening:
         if step.refused is None and step.guise.name not in known and step.evidence.bic < CLOSE * least:
             known.add(step.guise.name)
-            shift = len(step.fit.problem.guises) > 1
-            begun.append(
-                Selection(first.baseline, step.fit, [step], [first.opening], shift=shift, opening=first.opening)
-            )
+            begun.append(Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening))
     return begun[:OPENINGS]
 
 
@@ -158,9 +166,9 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         needed = LESSER * (price(selection.baseline) - price(before))
         current, steps = explore(before, offered, unseen, progress, needed=needed)
         _improve(selection, current)
-        shift = None if selection.shift else clock_shift(steps)
-        if shift is not None:
-            selection.chosen, selection.shift = shift.fit, True
+        aside = (None if selection.shift else clock_shift(steps)) or other_curve(steps)
+        if aside is not None:
+            selection.chosen = aside.fit
             continue
         so_far = price(selection.baseline) - price(current)
         near = functools.cache(functools.partial(acting, current.problem, current.x))
@@ -175,6 +183,7 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
             break
         selection.steps.append(best)
         selection.chosen = best.fit
+    _straighten(selection)
     if len(selection.steps) > 1:
         _reconsider(selection, guises, unseen, progress)
     if selection.steps:
@@ -196,7 +205,7 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
     kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
     enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
-    faint = step.evidence.z < Z or not enough
+    faint = not enough or not (step.evidence.z >= Z or told_elsewhere(step.evidence))
     bent = [name for name in sorted(taken) if -step.evidence.bic < MINOR * so_far and bends(name) > -step.evidence.bic]
     if not local and not (kin and faint) and not (little and step.guise.stiff) and not bent:
         return step
@@ -218,7 +227,7 @@ def _improves(evidence: Comparison, kin: set[str]) -> bool:
     """Whether a step with little evidence beside its `kin` predicts so much better that it mends more than a shape."""
     both = math.sqrt(evidence.free_run * evidence.unseen)
     better = evidence.z > CERTAIN and both < BETTER and evidence.foreseen > FORESEEN
-    return evidence.unseen <= PROVEN or (better and not kin & set(LATE))
+    return evidence.unseen <= PROVEN or ((better or told_elsewhere(evidence)) and not kin & set(LATE))
 
 
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
@@ -241,6 +250,19 @@ def _improve(selection: Selection, current: Fit) -> None:
         better = last.evidence.bic + price(current) - price(selection.chosen)
         selection.steps[-1] = replace(last, fit=current, evidence=replace(last.evidence, bic=better))
     selection.chosen = current
+
+
+def _straighten(selection: Selection) -> None:
+    """Go back to eq. (1) where the effects that were found make another Stribeck exponent unnecessary."""
+    bent = [guise for guise in selection.chosen.problem.guises if guise.name == CURVE]
+    if not selection.steps or not bent:
+        return
+    straight = without(selection.chosen, bent[0])
+    worse = price(straight) - price(selection.chosen)
+    if worse < -BIC:
+        last = selection.steps[-1]
+        evidence = replace(last.evidence, bic=last.evidence.bic + worse)
+        selection.steps[-1], selection.chosen = replace(last, fit=straight, evidence=evidence), straight
 
 
 def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:

@@ -36,7 +36,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
 
 def _leader(found: Conclusion) -> Step | None:
     """What is far likelier than all else on top of the baseline, where unseen data are likelier by it; or None."""
-    if found.selection.shift or not found.selection.opening:
+    if found.selection.aside or not found.selection.opening:
         return None
     first, *others = found.selection.opening
     told = first.evidence

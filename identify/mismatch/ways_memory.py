@@ -11,12 +11,13 @@ from plant.effects.effect import Effect
 
 LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
+STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
 
 
 def bristles(e: Effect, s: Setting) -> list[Guise]:
     """Soft to hard, damped near critically; on harder ones the mass swings faster than half the sample rate."""
     soft, unit = max(1e3 * s.spring, s.force / (0.25 * s.travel)), 1e5 * s.spring
-    hard = min(1e7 * s.spring, _stiffest(s, s.mass))
+    hard = min(1e7 * s.spring, _stiffest(s, s.mass), s.force / (STIFF * s.metre))
     damping = max(0.6 * math.sqrt(unit * s.mass), 1e-9)
     unknowns = (
         Unknown("bristle_stiffness", unit, soft, hard, log=True),

@@ -35,6 +35,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
     "level_ripple": "dry friction that rises and falls along the travel",
     "fading_torque": "a torque constant that changes as the motor warms up",
+    "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 
 LIMITS = (  # what no recording of this kind can tell; on the page of a report and in docs/what-it-cannot-see.md

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from plant.kernels import exponential
-from plant.kernels.exponential import exp_neg
+from plant.kernels.exponential import exp_neg, ln
 from plant.kernels.population import march
 
 Long = np.longdouble
@@ -32,6 +32,19 @@ def relative_error(coefficients):
     r = np.linspace(-1, 1, 20001).astype(Long) * HALF
     value = sum(Long(c) * r**k for k, c in enumerate(coefficients))
     return float(np.abs(value / np.exp(r) - 1).max())
+
+
+@njit
+def logarithms(x, out):
+    for i in range(len(x)):
+        out[i] = ln(x[i])
+
+
+def test_the_logarithm_is_right_to_ten_digits():
+    x = np.concatenate([np.geomspace(1e-12, 1e12, 20001), [0.5, 1.0, np.sqrt(0.5), np.sqrt(2.0), 2.0]])
+    out = np.empty_like(x)
+    logarithms(x, out)
+    np.testing.assert_allclose(out, np.log(x), rtol=0.0, atol=1e-10)
 
 
 @pytest.mark.skipif(np.finfo(Long).eps > 1e-18, reason="needs extended precision, which this processor does not have")

@@ -54,6 +54,7 @@ class CaseSpec:
         shapes: "catalogue" or "foreign" (another author's curves).
         artefacts: "clean", "typical" (resolution, drive torque noise), "harsh" (jitter, delay, lost, stale rows too).
         orientation: vertical, horizontal, rotary.
+        exponent: of the Stribeck curve.
     """
 
     seed: int
@@ -72,6 +73,7 @@ class CaseSpec:
     shapes: str = "catalogue"
     artefacts: str = "typical"
     orientation: str = "vertical"
+    exponent: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def draw_case(spec: CaseSpec) -> Case:
         UndrawableError: the machine of this seed runs away or hardly moves with what is hidden in it.
     """
     rng = np.random.default_rng([20051, spec.seed])
-    plain = draw_plant(rng, spec.orientation)
+    plain = replace(draw_plant(rng, spec.orientation), stribeck_exponent=spec.exponent)
     count = spec.recordings + (1 if spec.before else 0)
     cautious = 0.03 * spec.size * 1.5 if set(spec.effects) & set(SLOW_LOOP) else 0.0
     excitations = [_excite(rng, spec, plain, cautious) for _ in range(count)]

@@ -41,7 +41,7 @@ class SmoothMachine:
         """Dry friction in a direction."""
         p = self.plant
         coulomb = p.coulomb_force + (self.of("step_change", "step") if t > self.of("step_change", "time") else 0.0)
-        dry = coulomb + (p.static_force - coulomb) * math.exp(-speed / p.stribeck_velocity)
+        dry = coulomb + (p.static_force - coulomb) * math.exp(-((speed / p.stribeck_velocity) ** p.stribeck_exponent))
         slope, middle = (self.of("position_dependent_friction", key) for key in ("relative_slope", "middle"))
         dry *= max(0.0, 1 + slope * (y - middle)) * (1 + self.of("coulomb_asymmetry", "asymmetry_ratio") * direction)
         dry += self.of("load_dependent_friction", "coefficient") * abs(carried)

@@ -19,7 +19,7 @@ FIELDS = [
     "spring_rest", "spring_cubic", "scale", "lag", "lag_order", "delay", "limit", "limit_knee", "dwell",
     "dwell_time", "dwell_shape", "dwell_slip", "rest_speed", "stop", "stop_stiffness", "stop_side", "stop_power",
     "step", "step_time", "step_ramp", "step_both", "root_drag", "memory", "cable", "cable_travel", "shear",
-    "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way",
+    "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way", "exponent",
 ]
 # fmt: on
 RECORD = np.dtype([(name, np.float64) for name in FIELDS])
@@ -33,6 +33,7 @@ class ReferencePlant:
     Attributes:
         M, J, Rc, Rm, force_per_torque, g, orientation: as in the axis file; J/Rc^2 is the motor side. Rotary: J only.
         coulomb_force, static_force, stribeck_velocity, viscous_coefficient: eq. (1) with |v|.
+        stribeck_exponent: of |v|/v_s in it; 1 in the paper, 2 is Gaussian.
         effects: name of effects.md -> its parameters under the names there (see `EFFECTS`).
         foreign: name -> parameters of physics outside the catalogue (see `FOREIGN`).
         shapes: other functional forms of catalogue effects (see `SHAPES`); empty = effects.md to the letter.
@@ -49,6 +50,7 @@ class ReferencePlant:
     static_force: float = 60.0
     stribeck_velocity: float = 0.1
     viscous_coefficient: float = 180.0
+    stribeck_exponent: float = 1.0
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     foreign: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     shapes: Mapping[str, str] = field(default_factory=dict)
@@ -111,7 +113,7 @@ def _constants(plant: ReferencePlant) -> dict[str, float]:
         "limit": math.inf, "bump_width": 1.0, "drop_time": 1.0, "dwell_time": 1.0, "dwell_slip": 1e-3,
         "rest_speed": 1e-3 * plant.stribeck_velocity, "stop_side": 1.0, "stop_power": 1.0, "drag_power": 2.0,
         "lag_order": 1.0, "ripple_wave": 1.0, "eccentricity_wave": 1.0, "cable_travel": 1.0, "shear_speed": 1.0,
-        "dent_width": 1.0,
+        "dent_width": 1.0, "exponent": plant.stribeck_exponent,
     }  # fmt: skip
 
 

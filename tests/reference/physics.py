@@ -80,7 +80,8 @@ def dry_level(p, t, x, s, speed, carried, w):
         step = p.step if p.step_ramp <= 0.0 else p.step * min(1.0, (t - p.step_time) / p.step_ramp)
     coulomb = p.coulomb + step
     static = p.static + p.step_both * step + x[DWELL]
-    level = coulomb + (static - coulomb) * math.exp(-speed / p.stribeck)
+    past = speed / p.stribeck
+    level = coulomb + (static - coulomb) * math.exp(-(past if p.exponent == 1.0 else max(past, 0.0) ** p.exponent))
     if p.level_slope != 0.0:
         u = p.level_slope * (x[Y] - p.level_middle)
         level *= max(0.0, 1.0 + (0.5 * math.tanh(2.0 * u) if p.level_shape > 0.0 else u))

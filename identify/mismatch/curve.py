@@ -1,0 +1,73 @@
+"""Friction's own curve: how it falls with speed, whose shape eq. (1) fixes and no machine asked for.
+
+exp(-|v|/v_s) is one of many laws in use; Gaussian and other exponents are as common (Armstrong-Helouvry et al. 1994).
+What another exponent leaves beside eq. (1) looks like a little mass, a little presliding, a force along the speed. No
+physics that is missing, and never named: a nuisance that is taken into account where it is the likeliest.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.guise import Guise, Unknown
+from plant.effects.effect import Effect, Parameter
+from plant.kernels.exponential import exp_neg, ln
+from plant.kernels.laws import (
+    BUMP,
+    CLIMB,
+    INVERSE_STRIBECK,
+    LANES,
+    RISE,
+    STAGE_LEVEL,
+    TO_STAGE,
+    VELOCITY,
+    Rows,
+    law,
+)
+
+if TYPE_CHECKING:
+    from plant.machine import Machine
+
+Floats = NDArray[np.float64]
+
+CURVE = "stribeck_exponent"
+SLOWEST = 1e-9  # of v_s: below it every curve is at its top
+FASTEST = 6.5  # logarithm of the largest argument of the exponential
+BENDS = (-0.7, 1.1)  # logarithm of the exponent: from 0.5 to 3
+
+
+@law(TO_STAGE)
+def _other_fall(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
+        speed = abs(b[VELOCITY + j]) * b[INVERSE_STRIBECK + j]
+        power = exp_neg(-min(p[j] * ln(max(speed, SLOWEST)), FASTEST))
+        b[STAGE_LEVEL + j] += bump * (exp_neg(power) - exp_neg(speed))
+
+
+def _exponent(values: Floats, machine: Machine) -> Floats:  # noqa: ARG001
+    return np.exp(values[:1])
+
+
+def _rate(values: Floats, machine: Machine, speed: float) -> Floats:  # noqa: ARG001
+    _, _, stribeck, _ = machine.friction
+    slope: Floats = np.exp(np.abs(values[0])) * abs(machine.friction[1] - machine.friction[0]) / stribeck
+    return slope / machine.mass
+
+
+EXPONENT = Effect(
+    name=CURVE,
+    parameters=(Parameter("bend", "1", BENDS, absent=0.0, about="logarithm of the exponent of |v|/v_s"),),
+    laws=(_other_fall,),
+    prepare=_exponent,
+    rate=_rate,
+    source="Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30",
+)
+
+
+def curve() -> Guise:
+    """Another exponent than 1 in eq. (1)."""
+    return Guise(EXPONENT, (Unknown("bend", 0.3, *BENDS),), np.array([[0.1]]), depends="velocity")

@@ -1,0 +1,60 @@
+"""Friction that falls by another exponent than eq. (1) is taken into account, and is no effect."""
+
+import numpy as np
+import pytest
+
+from identify.mismatch.compare import Comparison
+from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.rules import told_elsewhere
+from plant.axis_file import read_axis
+from plant.effects import names
+from plant.effects.effect import Surroundings
+from plant.machine import Plan
+from plant.presets import paper_axis
+from plant.recording_files import read_recording_entry
+from tests.reference.cases import CaseSpec, draw_case, write_case
+
+TRAIN_SEED = 6100
+
+
+def diagnosed(folder, **spec):
+    case = draw_case(CaseSpec(TRAIN_SEED, noise=1e-5, duration=20.0, **spec))
+    axis = read_axis(write_case(case, folder))
+    return diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+
+
+@pytest.mark.parametrize("exponent", [0.7, 2.0])
+def test_a_healthy_machine_with_another_exponent_has_no_mismatch(tmp_path, exponent):
+    found = diagnosed(tmp_path, excitation="loop_trapezoid", exponent=exponent)
+    assert found.verdict.value == "no_mismatch"
+    said = [line for line in found.preprocessing if "rather than as in eq. (1)" in line]
+    told = float(said[0].split("^")[1].split(")")[0])
+    assert told == pytest.approx(exponent, rel=0.25)
+
+
+def test_an_effect_beside_it_keeps_its_name(tmp_path):
+    found = diagnosed(tmp_path, excitation="loop_trapezoid", exponent=2.0, effects=("rail_defect",), size=1.0)
+    assert [effect.name for effect in found.effects] == ["rail_defect"]
+
+
+def test_it_is_no_name():
+    assert CURVE not in names()
+    assert curve().depends == "velocity"  # what depends on a coordinate is never named
+
+
+def test_an_exponent_of_one_is_eq_1():
+    plan = Plan(Surroundings.of(paper_axis()), (EXPONENT,))
+    friction = np.array([[60.0], [90.0], [0.1], [180.0]])
+    assert plan.blocks(friction, np.array([[0.0]])).laws.shape == (0, 4)
+    assert plan.blocks(friction, np.array([[0.3]])).laws.shape == (1, 4)
+    assert BENDS[0] < 0.0 < BENDS[1]
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "z", "unseen", "told"),
+    [(400.0, 5.0, 0.3, True), (200.0, 5.0, 0.3, False), (400.0, 2.0, 0.3, False), (400.0, 5.0, 0.7, False)],
+)
+def test_unseen_data_may_speak_for_what_fitted_ones_hardly_tell(foreseen, z, unseen, told):
+    evidence = Comparison(-15.0, 1.0, -5.0, 1.0, unseen, foreseen, z)
+    assert told_elsewhere(evidence) is told
