@@ -154,10 +154,13 @@ class Conclusion:
 
         A few runs that break away too early or too late may decide the contract's sum of squares. Past the worst of
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
+        Weak evidence is worth a name only where half of the error is gone.
         Where most of the latent force is explained, sample by sample, free runs need only be no worse.
         """
         final = self.final
         share = self._share(final)
+        if self._evidence < -BIC_STRONG and share > MUCH:
+            return False
         if decided(self._gained):
             return share < HELD_OUT or fairest_ratio(self._everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
@@ -211,7 +214,7 @@ class Conclusion:
         asked = not self.blind and not decided(self._gained)
         if asked and fairest_ratio(baseline, chosen, self.evidence.held_out) >= HELD_OUT:
             return False
-        explained = price(baseline) - price(chosen)
+        explained = self._evidence
         beside = {"time"}
         if share < PROVEN:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
@@ -220,6 +223,11 @@ class Conclusion:
         left = [s for s in self.left if not 0.0 < s.force < little]
         solved = share < PROVEN and decided(self._gained) and self._gained.lacking < PROVEN
         return all(s.evidence < (1.0 if solved or s.coordinate in beside else LEFT) * explained for s in left)
+
+    @cached_property
+    def _evidence(self) -> float:
+        """Evidence for the chosen effects together. [1]"""
+        return price(self._bare) - price(self.selection.chosen)
 
     @cached_property
     def _gained(self) -> Comparison:

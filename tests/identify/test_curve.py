@@ -1,8 +1,11 @@
 """Friction that falls by another exponent than eq. (1) is taken into account, and is no effect."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from identify.mismatch import conclusion
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
 from identify.mismatch.diagnosis import diagnose
@@ -58,3 +61,18 @@ def test_an_exponent_of_one_is_eq_1():
 def test_unseen_data_may_speak_for_what_fitted_ones_hardly_tell(foreseen, z, unseen, told):
     evidence = Comparison(-15.0, 1.0, -5.0, 1.0, unseen, foreseen, z)
     assert told_elsewhere(evidence) is told
+
+
+@pytest.mark.parametrize(("evidence", "share", "pays"), [(27.0, 0.61, False), (27.0, 0.4, True), (70.0, 0.61, True)])
+def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evidence, share, pays):
+    """A dead time of a tenth of a sample was a rail defect (evidence 27), a torque constant a drag (28)."""
+    told = Comparison(-evidence, 4.0, -10.0, 0.7, share, 139.0, 3.4)
+    plain = SimpleNamespace(latent_force=2.0, names=())
+    chosen = SimpleNamespace(latent_force=1.0, names=("rail_defect",))
+    fake = SimpleNamespace(
+        final=chosen, _share=lambda one: share, _evidence=evidence, _gained=told, plain=plain, _everyday=plain,
+        _bare=plain, selection=SimpleNamespace(baseline=plain, chosen=chosen), evidence=SimpleNamespace(held_out=None),
+    )  # fmt: skip
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(conclusion, "fairest_ratio", lambda *_: share)
+        assert conclusion.Conclusion.pays(fake) is pays
