@@ -82,7 +82,7 @@ EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): 
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
-WIDE = 6.0  # times a size: an interval that is wider says that nothing is known of it
+WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
@@ -592,10 +592,11 @@ def _may_be_absent(effect: FoundEffect) -> bool:
 
 
 def _unknown(effect: FoundEffect) -> bool:
-    """Whether the interval of a size is so wide that nothing is known of it: fitted and unseen data disagree."""
+    """Whether the interval of a size reaches far beyond zero, so that nothing is known of it: unseen data disagree."""
     sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
     known = [effect.parameters[name] for name in sizes if name in effect.parameters]
-    return any(one.ci95 is not None and one.ci95[1] - one.ci95[0] > WIDE * abs(one.value) for one in known)
+    towards = [(one, one.ci95[0 if one.value > 0.0 else 1]) for one in known if one.ci95 is not None]
+    return any(abs(one.value - end) > WIDE * abs(one.value) for one, end in towards)
 
 
 def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:

@@ -25,7 +25,10 @@ FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on 
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 FORESEEN, FORESEEN_Z = 60.0, 3.0  # evidence of unseen data, sample by sample, and its z: for or against a name
-FAINT, PLAIN = -10.0, 250.0  # evidence that a name needs where that of unseen data, which asked for nothing, is so much
+FAINT, CONVINCING = (
+    -10.0,
+    250.0,
+)  # evidence that a name needs where that of unseen data, which asked for nothing, is so much
 SPOILS = 1.4  # on the fitted data, where the likelihood asked for the effect: a little more is how a start is known
 SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
@@ -171,7 +174,7 @@ def agreed(evidence: Comparison) -> bool:
 
 def told_elsewhere(evidence: Comparison) -> bool:
     """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little."""
-    return evidence.foreseen > PLAIN and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
+    return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
 
 
 def foretold(evidence: Comparison) -> bool:

@@ -9,6 +9,7 @@ from identify.mismatch import conclusion
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import told_elsewhere
 from plant.axis_file import read_axis
 from plant.effects import names
@@ -76,3 +77,10 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(conclusion, "fairest_ratio", lambda *_: share)
         assert conclusion.Conclusion.pays(fake) is pays
+
+
+@pytest.mark.parametrize(("interval", "unknown"), [((-20.9, 24.7), True), ((-1.0, 4.8), False), ((0.5, 3.3), False)])
+def test_a_size_whose_interval_reaches_far_beyond_zero_is_not_known(interval, unknown):
+    """A healthy machine's friction was 1.9 kg of inertia, give or take 22.8."""
+    size = Quantity(1.9, "kg", interval)
+    assert conclusion._unknown(FoundEffect("inertia_error", 0.1, {"mass_error": size}, 1.0)) is unknown

@@ -315,7 +315,7 @@ def weighed(share, foreseen_z, latent_force):
     return SimpleNamespace(
         final=fit, plain=bare, _bare=bare, _everyday=bare, own=1.0, blind=True, left=[], _odder=False,
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
-        evidence=SimpleNamespace(held_out=None),
+        evidence=SimpleNamespace(held_out=None), _evidence=450.0,
         _held_out=lambda _: 0.1 * share, _share=lambda _: share,
         _gained=Comparison(-450.0, 14.0, -380.0, 0.1, 0.3, 350.0, foreseen_z, lacking=0.3),
     )  # fmt: skip
@@ -332,12 +332,12 @@ def test_names_that_predict_little_better_pay_only_where_unseen_data_agree(monke
     assert not Conclusion.pays(weighed(0.9, 1.3, 0.1))
 
 
-def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_all_is_left(monkeypatch):
+def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_all_is_left():
     """Two lags in series, called one and a dead time: what they left looked like bristles, 45 % of the evidence."""
-    monkeypatch.setattr(conclusion, "price", lambda fit: 17000.0 if fit.latent_force > 2.0 else 0.0)
 
     def stands(share, lacking):
         told = weighed(share, 60.0, 1.5)
+        told._evidence = 17000.0
         told.left = [SimpleNamespace(force=0.0, evidence=7600.0, coordinate="distance_since_reversal")]
         told._gained = Comparison(-17000.0, 6.0, -15000.0, 0.1, 0.1, 20000.0, 60.0, again=18000.0, lacking=lacking)
         return Conclusion.stands.func(told)
@@ -347,9 +347,8 @@ def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_
     assert not stands(0.12, 0.06)
 
 
-def test_names_beside_which_much_force_and_error_are_left_do_not_stand(monkeypatch):
+def test_names_beside_which_much_force_and_error_are_left_do_not_stand():
     """A dead time for a sensor that errs with the speed left 4.5 % of the dry friction and two thirds of the error."""
-    monkeypatch.setattr(conclusion, "price", lambda fit: fit.latent_force)
     stands = Conclusion.stands.func
     assert stands(weighed(0.67, 7.4, 0.2))
     assert not stands(weighed(0.67, 7.4, 0.45))

@@ -24,7 +24,7 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, **changed):
         SimpleNamespace(guise=SimpleNamespace(name=name), evidence=told, fit=None, acting=5.0),
         SimpleNamespace(guise=SimpleNamespace(name=second), evidence=dataclasses.replace(told, bic=told.bic + behind)),
     ]
-    return SimpleNamespace(selection=SimpleNamespace(shift=False, opening=steps))
+    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps))
 
 
 @pytest.fixture
