@@ -488,11 +488,11 @@ class Conclusion:
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""
         said = (CLOCK,) if self.selection.shift else ()
-        model = shown if CURVE in shown.names else self.selection.chosen
         if CURVE not in self.selection.aside:
             return said
-        bend = model.x[model.problem.slot(model.problem.guise(CURVE))]
-        exponent = float(np.exp(model.problem.guise(CURVE).unknowns[0].value(bend)[0]))
+        model = shown if CURVE in shown.names else self.selection.chosen
+        guise = model.problem.guise(CURVE)
+        exponent = float(np.exp(guise.unknowns[0].value(model.x[model.problem.slot(guise)])[0]))
         return (*said, EXPONENT.format(exponent))
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:

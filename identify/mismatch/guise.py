@@ -28,6 +28,7 @@ MOST_PERIODS = 36.5  # of a ripple in one turn
 OFF_WHOLE = 0.003  # relative: how well the radius that makes a turn is known
 OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
 SWINGS = 0.5  # damping ratio of a spring that still swings
+NO_FINDING = "less is no finding"  # end of the reason that a size is too small to be told
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
 
 
@@ -184,7 +185,7 @@ class Guise:
         """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""
         first = float(self.unknowns[0].value(z[:1])[0])
         if abs(first) < self.least:
-            return f"its size of {first:.2g} is below {self.least:.2g}: less is no finding"
+            return f"its size of {first:.2g} is below {self.least:.2g}: {NO_FINDING}"
         if first < 0.0 and self.effect.parameters[0].plausible[0] == 0.0 == self.effect.parameters[0].absent:
             return f"its size of {first:.2g} is negative, which is no {self.name.replace('_', ' ')}"
         if self.swings is not None:

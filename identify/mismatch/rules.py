@@ -12,7 +12,7 @@ import numpy as np
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import Guise
+from identify.mismatch.guise import NO_FINDING, Guise
 from identify.promoted import CONSTANT
 
 BIC = -25.0  # evidence a name needs
@@ -25,10 +25,7 @@ FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on 
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
 FORESEEN, FORESEEN_Z = 60.0, 3.0  # evidence of unseen data, sample by sample, and its z: for or against a name
-FAINT, CONVINCING = (
-    -10.0,
-    250.0,
-)  # evidence that a name needs where that of unseen data, which asked for nothing, is so much
+FAINT, CONVINCING = -10.0, 250.0  # evidence that a name needs where that of unseen data, not fitted, is so much
 SPOILS = 1.4  # on the fitted data, where the likelihood asked for the effect: a little more is how a start is known
 SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
@@ -48,7 +45,6 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
-NO_FINDING = "less is no finding"  # end of the reason that a size is too small to be told
 LIKELY_BUT = ("its force of", "a parameter ended", "its size of", NO_NAME)  # reasons a likely effect is refused
 
 
