@@ -28,7 +28,7 @@ from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
-from identify.mismatch.report_values import measured, quantities, second_opinion
+from identify.mismatch.report_values import measured, quantities, reported, second_opinion
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
@@ -312,9 +312,12 @@ class Conclusion:
         return zero_jumps(self.evidence.train) or self._misfits
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
-        """What physics that is in no catalogue would explain."""
-        likely = [step for step in steps if step.refused == NO_NAME and _telling(step) >= 2]
-        return [self._along(step, step.guise.depends or "time", step.guise.name) for step in likely]
+        """What physics that is in no catalogue would explain, or an effect but for how its own curve bends."""
+        likely = [step for step in steps if _telling(step) >= 2]
+        return [
+            *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
+            *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),
+        ]
 
     @property
     def _misfits(self) -> list[Structure]:
@@ -324,13 +327,20 @@ class Conclusion:
         """
         felt = [one for one in self.selection.opening if one.acting >= SMALLEST * one.fit.dry_level]
         likely = [one for one in felt if (one.refused is None or one.misplaced) and _strong(one) and one.evidence.z > Z]
-        found = [self._along(step, COORDINATE.get(step.guise.name, "time")) for step in likely]
-        return sorted(found, key=lambda one: -one.evidence)
+        return sorted((self._along(step) for step in likely), key=lambda one: -one.evidence)
 
-    def _along(self, step: Step, coordinate: str, like: str = "") -> Structure:
-        """What a step explains, as structure along a coordinate."""
-        interval = reach(coordinate, self.evidence.train, self.axis)
-        return Structure(coordinate, interval, -step.evidence.bic, step.evidence.z, 0.0, like)
+    def _along(self, step: Step, like: str = "") -> Structure:
+        """What a step explains, as structure along its coordinate, where it acts."""
+        name, told, samples = step.guise.name, step.evidence, self.evidence.train
+        if step.guise.depends is not None or name not in COORDINATE:
+            coordinate = step.guise.depends or "time"
+            interval = reach(coordinate, samples, self.axis)
+        else:
+            values = reported(step.fit.problem, step.guise, step.fit.x).items()
+            sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values}
+            place = named_location(name, sizes, 0.0, told.z, samples, self.axis)
+            coordinate, interval = place.coordinate, place.interval
+        return Structure(coordinate, interval, -told.bic, told.z, 0.0, like)
 
     @cached_property
     def verdict(self) -> Verdict:

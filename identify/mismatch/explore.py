@@ -30,6 +30,7 @@ STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that 
 NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
+CLOSE = 0.6  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # friction's own curve imitates the one so well, and the other acts so seldom, that no slope tells: always refitted
@@ -81,6 +82,7 @@ def explore(
             steps.append(_weighed(current, fit(look.problem, look.x[None]), look.guise, unseen))
     steps.sort(key=lambda step: price(step.fit))
     steps = _in_whole_turns(current, steps, unseen)
+    steps = sorted(_with_own_curves(current, steps, unseen), key=lambda step: price(step.fit))
     likely = [step for step in steps if step.evidence.bic < BIC]
     fresh = next((step for step in steps if step.refused is None), None)
     if not likely:
@@ -204,10 +206,38 @@ def _in_whole_turn(current: Fit, step: Step, unseen: Samples) -> Step:
 def _bound(current: Fit, step: Step, times: int, unseen: Samples) -> Step:
     """The step refitted with `times` periods in a turn."""
     guise = step.guise.bound_to(times)
-    problem, x = extend(current, guise, np.zeros((1, guise.size)))
-    x[:, : problem.p] = step.fit.x[: problem.p]
-    x[:, problem.slot(guise).start] = 0.0
-    return _weighed(current, fit(problem, x), guise, unseen)
+    problem = current.problem.including((*current.problem.guises, guise))
+    x = step.fit.x.copy()
+    x[problem.slot(guise).start] = 0.0
+    return _weighed(current, fit(problem, x[None]), guise, unseen)
+
+
+def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:
+    """The steps; where one is near the likeliest and its own curve, freed, explains clearly more, so bent."""
+    most = min((step.evidence.bic for step in steps), default=0.0)
+    found = []
+    for step in steps:
+        freed = step.guise.freed
+        if freed is not None and step.evidence.bic < min(BIC, CLOSE * most) and step.guise in step.fit.problem.guises:
+            problem = current.problem.including((*current.problem.guises, freed))
+            bent = _weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
+            told = bent.evidence.bic < step.evidence.bic + BIC and bent.evidence.foreseen > step.evidence.foreseen
+            found.append(bent if told else step)
+        else:
+            found.append(step)
+    return found
+
+
+def _carried(fitted: Fit, problem: ExtendedProblem) -> Floats:
+    """Unknowns of `problem` where `fitted` has them, parameter by parameter; zero where it has none. (size,)"""
+    x = np.zeros(problem.size)
+    x[: problem.base] = fitted.x[: problem.base]
+    x[problem.p :] = fitted.x[fitted.problem.p :]
+    for guise in problem.guises:
+        known = fitted.problem.guise(guise.name)
+        own = dict(zip((u.parameter for u in known.unknowns), fitted.x[fitted.problem.slot(known)], strict=True))
+        x[problem.slot(guise)] = [own.get(unknown.parameter, 0.0) for unknown in guise.unknowns]
+    return x
 
 
 def _weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
@@ -265,11 +295,5 @@ def _first_look(
 def _return(current: Fit, richer: list[Fit]) -> Fit:
     """The poorer model once more from the richer ones' optima: what only polished the baseline is no evidence."""
     problem = current.problem
-    x = np.zeros((len(richer), problem.size))
-    for row, other in zip(x, richer, strict=True):
-        row[: problem.base] = other.x[: problem.base]
-        for guise in problem.guises:
-            row[problem.slot(guise)] = other.x[other.problem.slot(guise)]
-        row[problem.p :] = other.x[other.problem.p :]
-    again = fit(problem, x)
+    again = fit(problem, np.stack([_carried(other, problem) for other in richer]))
     return again if again.found.criterion < current.found.criterion else current

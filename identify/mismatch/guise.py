@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,7 @@ OFF_WHOLE = 0.003  # relative: how well the radius that makes a turn is known
 OFF_PERIOD = 0.1  # of a period: by so much a turn may miss a whole number of them
 SWINGS = 0.5  # damping ratio of a spring that still swings
 NO_FINDING = "less is no finding"  # end of the reason that a size is too small to be told
+OWN_CURVE = "its curve is another"  # beginning of the reason that a likely effect is not what it is called
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
 
 
@@ -119,6 +120,8 @@ class Guise:
         swings: mass on the spring of stiffness and damping that the unknowns are; None where they are none. [kg]
         least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
         depends: coordinate of physics that is in no catalogue; None for an effect that may be named.
+        freed: the same effect, its own curve free to bend; None where the catalogue's is the only one.
+        allows: says of parameter values why a curve so bent is no such effect, or None.
     """
 
     effect: Effect
@@ -131,6 +134,8 @@ class Guise:
     swings: float | None = None
     least: float = 0.0
     depends: str | None = None
+    freed: Guise | None = None
+    allows: Callable[[dict[str, float]], str | None] | None = None
 
     @property
     def name(self) -> str:
@@ -188,6 +193,11 @@ class Guise:
             return f"its size of {first:.2g} is below {self.least:.2g}: {NO_FINDING}"
         if first < 0.0 and self.effect.parameters[0].plausible[0] == 0.0 == self.effect.parameters[0].absent:
             return f"its size of {first:.2g} is negative, which is no {self.name.replace('_', ' ')}"
+        if self.allows is not None:
+            names = [parameter.name for parameter in self.effect.parameters]
+            bent = self.allows(dict(zip(names, map(float, self.values(z[None])[:, 0]), strict=True)))
+            if bent is not None:
+                return f"{OWN_CURVE}: {bent}"
         if self.swings is not None:
             damping = float(self.unknowns[1].value(z[1:2])[0]) / (2.0 * math.sqrt(first * self.swings))
             if damping > SWINGS:

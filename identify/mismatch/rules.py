@@ -12,7 +12,7 @@ import numpy as np
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import NO_FINDING, Guise
+from identify.mismatch.guise import NO_FINDING, OWN_CURVE, Guise
 from identify.promoted import CONSTANT
 
 BIC = -25.0  # evidence a name needs
@@ -45,7 +45,13 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
-LIKELY_BUT = ("its force of", "a parameter ended", "its size of", NO_NAME)  # reasons a likely effect is refused
+LIKELY_BUT = (
+    "its force of",
+    "a parameter ended",
+    "its size of",
+    OWN_CURVE,
+    NO_NAME,
+)  # reasons a likely effect is refused
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +78,11 @@ class Step:
     def small(self) -> bool:
         """True where the effect is likely, but smaller than what is a finding by itself."""
         return self.misplaced and (self.refused or "").endswith(NO_FINDING)
+
+    @property
+    def denied(self) -> str:
+        """How the own curve of a likely effect, free to bend, is no such effect's; empty where it is."""
+        return (self.refused or "").partition(f"{OWN_CURVE}: ")[2]
 
     @property
     def misplaced(self) -> bool:
@@ -230,13 +241,20 @@ def best_of(steps: list[Step]) -> Step | None:
     best = min(accepted, key=lambda step: cost(step.fit))
     left = best.evidence.unseen
     for step in steps:
-        if step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC:
-            stranger = step.refused == NO_NAME and step.evidence.unseen < TRUER * left
-            if left > PROVEN or stranger:
-                return None
+        stranger = step.refused == NO_NAME
+        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC
+        foretells = stranger and step.evidence.unseen < left and everywhere(step) < everywhere(best) - TIED_BIC
+        truer = left > PROVEN or (stranger and step.evidence.unseen < TRUER * left)
+        if (likelier or foretells) and truer:
+            return None
         if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
+
+
+def everywhere(step: Step) -> float:
+    """Price of a step less the evidence of unseen data: how unlikely it makes all of them. [1]."""
+    return cost(step.fit) - step.evidence.foreseen
 
 
 def clock_shift(steps: list[Step]) -> Step | None:

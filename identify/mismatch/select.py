@@ -21,6 +21,7 @@ from identify.mismatch.rules import (
     FORESEEN,
     LATE,
     LESSER,
+    NO_NAME,
     PROVEN,
     TIED_BIC,
     Z_STRONG,
@@ -30,6 +31,7 @@ from identify.mismatch.rules import (
     best_of,
     clock_shift,
     cost,
+    everywhere,
     foretold,
     other_curve,
     price,
@@ -135,8 +137,12 @@ def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Te
     """Two names that together are likelier than what kept every single one from being given; or `first`.
 
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
-    may predict well beside another.
+    may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
+    is needed, is the answer.
     """
+    strangers = [step.evidence for step in first.opening if step.refused == NO_NAME]
+    if any(told.unseen < PROVEN and foretold(told) for told in strangers):
+        return first
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
     fair: dict[str, Step] = {}
     for step in sorted((step for step in first.opening if _hopeful(step)), key=lambda step: cost(step.fit)):
@@ -282,16 +288,23 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
         evidence = compare(rest, selection.chosen, unseen)
         index = selection.steps.index(step)
-        if not steps and -evidence.bic < needed:
+        named = replace(step, fit=selection.chosen, evidence=evidence)
+        if not (steps or -evidence.bic >= needed) or any(_truer(one, named) for one in tried):
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
             continue
         if steps and cost(steps[0].fit) < cost(selection.chosen):
             selection.steps[index], selection.chosen = steps[0], steps[0].fit
         else:  # what was tried now is a worse fit of the same, or less likely
-            selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
+            selection.steps[index] = named
         again = {s.guise for s in tried}
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in again)]
+
+
+def _truer(one: Step, named: Step) -> bool:
+    """Whether physics that is in no catalogue makes fitted and unseen data likelier than a name beside the others."""
+    far = cost(named.fit) - TIED_BIC, everywhere(named) - TIED_BIC
+    return one.refused == NO_NAME and cost(one.fit) < far[0] and everywhere(one) < far[1]
 
 
 def _try_twins(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:

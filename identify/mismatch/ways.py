@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.mismatch import ways_drive, ways_memory, ways_place
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.own_curves import own_curve
 from plant.effects.effect import Effect
 
 
@@ -18,7 +19,7 @@ def guises(effects: dict[str, Effect], setting: Setting) -> list[Guise]:
     for name, effect in effects.items():
         make = TAILORED.get(name)
         found += make(effect, setting) if make is not None else [plug_in(effect)]
-    return found
+    return [own_curve(guise, setting) for guise in found]
 
 
 def plug_in(effect: Effect) -> Guise:

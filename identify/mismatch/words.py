@@ -97,7 +97,12 @@ def unexplained(latent: Quantity, location: Location | None, like: str = "") -> 
         f" It depends on {location.coordinate.replace('_', ' ')}, most between {low:.3g} and {high:.3g}"
         f" ({100 * location.share:.0f} % of it repeats there)."
     )
-    return f"{text} Something like {STRANGE[like]} would explain it." if like in STRANGE else text
+    return f"{text} Something like {STRANGE.get(like, like)} would explain it." if like else text
+
+
+def denied(name: str, bent: str) -> str:
+    """What is like the effect `name` but for how its curve is `bent`."""
+    return f"{PLAIN.get(name, name)}, but {bent},"
 
 
 def _numbers(effect: FoundEffect) -> str:

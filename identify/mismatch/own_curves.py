@@ -1,0 +1,216 @@
+"""A name put to the test by the nearest law that is not it: the same effect, its own curve free to bend.
+
+The catalogue knows the shapes of its effects imperfectly. A counterbalance is progressive, a ripple has a second
+harmonic, a drag another exponent than 2: what a fixed curve leaves of them looks like another effect, or like none. And
+what is no such effect at all often wears its name: friction in one place is a rail defect where it acts both ways, a
+drag of the third power is no quadratic drag. So where a name is likely, its curve is freed from where it was fitted; if
+that explains clearly more, what it bends to decides: a shape the name allows is taken into account, any other takes the
+name away. Both are judged like every step.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.guise import Guise, Setting, Unknown
+from plant.effects.effect import Effect, Parameter
+from plant.kernels.cosine import cos_turns
+from plant.kernels.exponential import exp_neg, ln
+from plant.kernels.laws import (
+    BACKWARD,
+    DRAG,
+    DRIVE,
+    FORCE,
+    FORWARD,
+    LANES,
+    LEVEL,
+    MIDDLE,
+    MOTOR_FORCE,
+    MOTOR_MIDDLE,
+    SPEED,
+    TO_DRIVE,
+    TO_STEP,
+    Law,
+    Rows,
+    law,
+)
+
+if TYPE_CHECKING:
+    from plant.machine import Machine
+
+Floats = NDArray[np.float64]
+
+TURN = 0.5 / math.pi
+QUARTER = 0.25  # of a turn: from a cosine to a sine
+SLOWEST = 1e-3  # of the usual speed: below it, a drag of any exponent is nothing
+EXPONENTS = 0.6  # from 2: what falls or grows otherwise is no drag
+ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
+STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
+INNER = 0.8  # of half the travel
+BIG = 30.0  # times the dry friction: forces of a spring's bend at the ends of the travel
+
+
+@law(TO_STEP)
+def _drag(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        ratio = max(abs(b[SPEED + j]) * p[2 * LANES + j], SLOWEST)
+        b[DRAG + j] += p[j] * exp_neg(-p[LANES + j] * ln(ratio))
+
+
+@law(TO_STEP)
+def _defect(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = (b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j]
+        bump = p[j] * exp_neg(0.5 * away * away)
+        b[LEVEL + j] += bump
+        b[FORCE + j] += bump * p[3 * LANES + j]
+
+
+@law(TO_STEP)
+def _spring(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        place = b[MIDDLE + j]
+        u = (place - p[4 * LANES + j]) * p[5 * LANES + j]
+        more = p[2 * LANES + j] * (u * u - 1.0 / 3.0) + p[3 * LANES + j] * u * (u * u - 0.6)
+        b[FORCE + j] += p[j] * (place - p[LANES + j]) + more
+
+
+@law(TO_STEP)
+def _slope(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = b[MIDDLE + j] - p[3 * LANES + j]  # the effect itself puts the middle of the travel last
+        u = away * p[2 * LANES + j]
+        factor = max(1.0 + p[j] * away + p[LANES + j] * u * (u * u - 0.6), 0.0)
+        b[FORWARD + j] *= factor
+        b[BACKWARD + j] *= factor
+
+
+@law(TO_DRIVE)
+def _ripple(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        turns = b[MOTOR_MIDDLE + j] / p[j]
+        wave = cos_turns(turns + TURN * p[3 * LANES + j])
+        second = p[4 * LANES + j] * cos_turns(2.0 * turns) + p[5 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
+        share = p[6 * LANES + j]
+        b[MOTOR_FORCE + j] += p[LANES + j] * wave + (1.0 - share) * second
+        b[DRIVE + j] -= (p[2 * LANES + j] * wave + share * second) * b[DRIVE + j]
+
+
+@law(TO_DRIVE)
+def _lever(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        turns = b[MOTOR_MIDDLE + j] / p[LANES + j]
+        second = p[3 * LANES + j] * cos_turns(2.0 * turns) + p[4 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
+        b[DRIVE + j] /= 1.0 + p[j] * cos_turns(turns + TURN * p[2 * LANES + j]) + second
+
+
+def _twice_as_fast(effect: Effect) -> Callable[[Floats, Machine, float], Floats]:
+    """The rate of an effect whose wave has a second harmonic."""
+
+    def rate(values: Floats, machine: Machine, speed: float) -> Floats:
+        return 2.0 * effect.rate(values, machine, speed)
+
+    return rate
+
+
+def _bent(guise: Guise, curve: Law, shapes: tuple[Unknown, ...], known: dict[str, float]) -> Guise:
+    """`guise` with the law `curve`, the unknowns `shapes` after its first one, and what the law must know.
+
+    The law reads the effect's parameters, then those of the shapes, then what is known. It has no starts of its own: it
+    begins where the effect was fitted.
+    """
+    effect = guise.effect
+    names = [unknown.parameter for unknown in shapes] + list(known)
+    more = tuple(Parameter(name, "1", (-math.inf, math.inf), default=0.0, reported=False) for name in names)
+    other = dataclasses.replace(effect, parameters=(*effect.parameters, *more), laws=(curve,))
+    unknowns = (guise.unknowns[0], *shapes, *guise.unknowns[1:])
+    fixed = (*guise.fixed, *known.items())
+    starts = np.empty((0, len(unknowns)))
+    return dataclasses.replace(guise, effect=other, unknowns=unknowns, starts=starts, fixed=fixed)
+
+
+def _free_drag(guise: Guise, s: Setting) -> Guise:
+    """c |v|^(2 + bend), the bend such that c stays what it is at the usual speed."""
+    bent = _bent(guise, _drag, (Unknown("bend", 1.0, -1.8, 4.0),), {"per_speed": 1.0 / s.speed})
+    return dataclasses.replace(bent, allows=_no_drag)
+
+
+def _no_drag(values: dict[str, float]) -> str | None:
+    """Why a drag of this exponent is none, or None."""
+    return f"with the power {2.0 + values['bend']:.2g} of it" if abs(values["bend"]) > EXPONENTS else None
+
+
+def _free_defect(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """A bump that may also push: the same in both directions."""
+    bent = _bent(guise, _defect, (Unknown("one_way", 1.0, -3.0, 3.0),), {})
+    return dataclasses.replace(bent, allows=_no_defect)
+
+
+def _no_defect(values: dict[str, float]) -> str | None:
+    """Why a place that acts in one direction more than in the other is no defect of the guide, or None."""
+    share = values["one_way"]
+    said = f"{0.5 + 0.5 * share:.0%} of it towards larger positions, the rest the other way"
+    return said if abs(share) > ONE_WAY else None
+
+
+def _free_spring(guise: Guise, s: Setting) -> Guise:
+    """A spring that is progressive, or softer at one end; straight parts are left to the stiffness."""
+    shapes = tuple(Unknown(name, 0.1 * s.force, -BIG * s.force, BIG * s.force) for name in ("lopsided", "progressive"))
+    bent = _bent(guise, _spring, shapes, {"middle": s.middle, "per_half": 2.0 / s.travel})
+    return dataclasses.replace(bent, allows=_no_spring)
+
+
+def _no_spring(values: dict[str, float]) -> str | None:
+    """Why what hardly pulls over part of the travel, or pushes there, is no spring; or None."""
+    u = np.linspace(-INNER, INNER, 17)
+    slope = values["stiffness"] / values["per_half"]
+    slopes = slope + 2.0 * values["lopsided"] * u + values["progressive"] * (3.0 * u * u - 0.6)
+    slopes = slopes * np.sign(slope)
+    return "slack or pushing over part of the travel" if slopes.min() < STEEPEST * slopes.max() else None
+
+
+def _free_slope(guise: Guise, s: Setting) -> Guise:
+    """Friction that rises along the guide more in the middle than at the ends, or less."""
+    shapes = (Unknown("progressive", 0.1, -3.0, 3.0),)
+    return _bent(guise, _slope, shapes, {"per_half": 2.0 / s.travel})
+
+
+def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """A second harmonic of the wave."""
+    relative = float("amplitude" in dict(guise.fixed))
+    return _with_second(guise, _ripple, {"relative": relative})
+
+
+def _free_lever(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """The same of a pulley."""
+    return _with_second(guise, _lever, {})
+
+
+def _with_second(guise: Guise, curve: Law, known: dict[str, float]) -> Guise:
+    """A wave and its second harmonic, in the unit of the first."""
+    size = guise.unknowns[-1]
+    shapes = tuple(dataclasses.replace(size, parameter=name) for name in ("second_cosine", "second_sine"))
+    bent = _bent(guise, curve, shapes, known)
+    return dataclasses.replace(bent, effect=dataclasses.replace(bent.effect, rate=_twice_as_fast(guise.effect)))
+
+
+FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
+    "quadratic_drag": _free_drag,
+    "rail_defect": _free_defect,
+    "position_spring": _free_spring,
+    "position_dependent_friction": _free_slope,
+    "torque_ripple": _free_ripple,
+    "pulley_eccentricity": _free_lever,
+}
+
+
+def own_curve(guise: Guise, setting: Setting) -> Guise:
+    """`guise`, knowing how its curve may bend where the catalogue's is one of many."""
+    make = FREED.get(guise.name)
+    return guise if make is None else dataclasses.replace(guise, freed=make(guise, setting))
