@@ -136,7 +136,7 @@ def _bent(guise: Guise, curve: Law, shapes: tuple[Unknown, ...], known: dict[str
 
 
 def _free_drag(guise: Guise, s: Setting) -> Guise:
-    """c |v|^(2 + bend), the bend such that c stays what it is at the usual speed."""
+    """A force c |v|^(2 + bend), the bend such that c stays what it is at the usual speed."""
     bent = _bent(guise, _drag, (Unknown("bend", 1.0, -1.8, 4.0),), {"per_speed": 1.0 / s.speed})
     return dataclasses.replace(bent, allows=_no_drag)
 
