@@ -53,6 +53,7 @@ EXPONENTS = 0.6  # from 2: what falls or grows otherwise is no drag
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
+OUTER = 1.2  # of half the travel: beyond it curves bend no further
 BIG = 30.0  # times the dry friction: forces of a spring's bend at the ends of the travel
 
 
@@ -76,7 +77,7 @@ def _defect(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG
 def _spring(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         place = b[MIDDLE + j]
-        u = (place - p[4 * LANES + j]) * p[5 * LANES + j]
+        u = min(max((place - p[4 * LANES + j]) * p[5 * LANES + j], -OUTER), OUTER)
         more = p[2 * LANES + j] * (u * u - 1.0 / 3.0) + p[3 * LANES + j] * u * (u * u - 0.6)
         b[FORCE + j] += p[j] * (place - p[LANES + j]) + more
 
@@ -85,7 +86,7 @@ def _spring(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG
 def _slope(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         away = b[MIDDLE + j] - p[3 * LANES + j]  # the effect itself puts the middle of the travel last
-        u = away * p[2 * LANES + j]
+        u = min(max(away * p[2 * LANES + j], -OUTER), OUTER)
         factor = max(1.0 + p[j] * away + p[LANES + j] * u * (u * u - 0.6), 0.0)
         b[FORWARD + j] *= factor
         b[BACKWARD + j] *= factor

@@ -113,7 +113,10 @@ class Outlook:
 
 
 def outlooks(fit: Fit, moved: Fit) -> list[Outlook]:
-    """A fit, and the same model on unseen data, through the likeliest observer and through weaker ones."""
+    """A fit, and the same model on unseen data, through the likeliest observer and through weaker ones.
+
+    Through one too weak to hold it, a model that pushes itself away shows nothing.
+    """
     gains, settings = gain_table(fit.problem.samples.sample_time)
     tau, rho = fit.found.setting
     chosen = [fit.found.gain]
@@ -125,9 +128,11 @@ def outlooks(fit: Fit, moved: Fit) -> list[Outlook]:
     first, rival = View.of(fit, chosen[0]), View.of(moved, chosen[0])
     found = [Outlook(first, rival, 0.0, rival)]
     for gain in chosen[1:]:
-        here = View.of(fit, gain)
-        behind = len(here.error) * float(np.log(here.variance / first.variance))
-        found.append(Outlook(here, View.of(moved, gain), behind, rival))
+        with np.errstate(all="ignore"):
+            here, there = View.of(fit, gain), View.of(moved, gain)
+        if np.isfinite([here.variance, there.variance]).all():
+            behind = len(here.error) * float(np.log(here.variance / first.variance))
+            found.append(Outlook(here, there, behind, rival))
     return found
 
 
