@@ -275,21 +275,25 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
     """Put each effect to the test once the others are in: is it still needed, and is it still it?
 
     Its twins compete, and whatever earned a name at any stage. A first name is chosen while the others are missing, and
-    then shaped by what it stands in for.
+    then shaped by what it stands in for. What has little left beside a twin, from few places, is not needed.
     """
     earned = {s.guise.name for stage in (selection.opening, *selection.rivals) for s in stage if s.refused is None}
     for step in list(selection.steps[:-1]):
         rest = without(selection.chosen, step.guise)
-        twins = TWINS.get(step.guise.name, frozenset()) | {step.guise.name} | earned
-        taken = {s.guise.name for s in selection.steps if s is not step}
-        offered = [guise for guise in guises if guise.name in twins - taken]
-        rest, tried = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
-        needed = max(-BIC, LESSER * (price(selection.baseline) - price(rest)))
+        taken, kin = {s.guise.name for s in selection.steps if s is not step}, TWINS.get(step.guise.name, frozenset())
+        again = (kin | {step.guise.name} | earned) - taken
+        rest, tried = explore(
+            rest, [guise for guise in guises if guise.name in again], unseen, progress, AGAIN, Stage.TEST
+        )
+        so_far = price(selection.baseline) - price(rest)
+        needed = max(-BIC, LESSER * so_far)
         steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
         evidence = compare(rest, selection.chosen, unseen)
         index = selection.steps.index(step)
         named = replace(step, fit=selection.chosen, evidence=evidence)
-        if not (steps or -evidence.bic >= needed) or any(_truer(one, named) for one in tried):
+        mends = bool(kin & taken) and -evidence.bic < KIN * so_far and not agreed(evidence)
+        unneeded = not steps and (mends or -evidence.bic < needed)
+        if unneeded or any(_truer(one, named) for one in tried):
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
             continue
@@ -297,8 +301,8 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
             selection.steps[index], selection.chosen = steps[0], steps[0].fit
         else:  # what was tried now is a worse fit of the same, or less likely
             selection.steps[index] = named
-        again = {s.guise for s in tried}
-        selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in again)]
+        seen = {s.guise for s in tried}
+        selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
 
 
 def _truer(one: Step, named: Step) -> bool:

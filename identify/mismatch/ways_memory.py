@@ -48,7 +48,7 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
         Unknown("stiffness", 3e4 * light, 1e3 * light, stiffest, log=True),
         Unknown("damping", 30.0 * light, 0.3 * light, 1e4, log=True, spread=2.0),
     )
-    ways = ((1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
+    ways = ((2.5e3, 8.0), (1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
     rows = [(light * k, light * d) for k, d in ways if light * k < stiffest]
     return [Guise(e, unknowns, np.array(rows), stiff=True, swings=swings)] if rows else []
 
