@@ -295,12 +295,16 @@ class Conclusion:
 
     @cached_property
     def _offset_named(self) -> bool:
-        """Whether a constant force earned its name."""
+        """Whether a constant force earned its name.
+
+        A force alone is in the baseline too, without a name; what it is read as instead must predict unseen data better.
+        """
         offset = self.constant
         if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
             return False
         error = self._held_out(offset.fit)
-        return error < HELD_OUT * self._held_out(self.selection.chosen) and error < USELESS
+        most = HELD_OUT if offset.effect.name == "force_offset" else 1.0
+        return error < most * self._held_out(self.selection.chosen) and error < USELESS
 
     @cached_property
     def nameless(self) -> list[Structure]:
