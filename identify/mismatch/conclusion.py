@@ -297,7 +297,7 @@ class Conclusion:
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name.
 
-        A force alone is in the baseline too, without a name; what it is read as instead must predict unseen data better.
+        A force alone is in the baseline too, without a name; what it is read as must predict unseen data better.
         """
         offset = self.constant
         if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
