@@ -301,7 +301,7 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
             selection.steps[index], selection.chosen = steps[0], steps[0].fit
         else:  # what was tried now is a worse fit of the same, or less likely
             selection.steps[index] = named
-        seen = {s.guise for s in tried}
+        seen = [s.guise for s in tried]
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
 
 

@@ -6,16 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import select
+from identify.mismatch import probes, select
 from identify.mismatch.compare import Comparison
+from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import OWN_CURVE
 from identify.mismatch.own_curves import FREED
-from identify.mismatch.result import Verdict
+from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.select import Selection
 from identify.mismatch.ways import TAILORED, guises
+from identify.mismatch.ways_memory import compliance
+from identify.observer import gain_table
 from identify.preprocess import prepare
 from plant.axis_file import read_axis
 from plant.effects import find
@@ -164,3 +167,72 @@ def test_a_denied_step_says_why():
     assert denied.misplaced
     assert denied.denied == "all of it one way"
     assert not step("rail_defect", -300.0, NO_NAME).denied
+
+
+@pytest.mark.parametrize(
+    ("evidence", "z", "kin", "kept"),
+    [
+        (45.0, 2.3, "viscous_asymmetry", False),  # it mended how another curve bends
+        (45.0, 3.4, "viscous_asymmetry", True),
+        (400.0, 2.3, "viscous_asymmetry", True),
+        (45.0, 2.3, "rail_defect", True),
+    ],
+)
+def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkeypatch, evidence, z, kin, kept):
+    prices = {"baseline": 0.0, "rest": -1300.0, "chosen": -1300.0 - evidence}
+    told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.94, 41.0, 3.6)
+    for name, made in {
+        "price": prices.get, "cost": prices.get, "without": lambda *_: "rest", "compare": lambda *_: told,
+        "explore": lambda *_: ("rest", []),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(select, name, made)
+    steps = [step("coulomb_asymmetry", -evidence), step(kin, -1300.0)]
+    selection = Selection("baseline", "chosen", list(steps), [[steps[0]], [steps[1]]], [steps[1]])
+    select._reconsider(selection, [], None, lambda _: None)
+    assert [one.guise.name for one in selection.steps] == ["coulomb_asymmetry"] * kept + [kin]
+    assert selection.chosen == ("chosen" if kept else "rest")
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "named"),
+    [
+        ("force_offset", 1.01, True),
+        ("force_offset", 1.03, False),
+        ("inertia_error", 1.01, False),
+        ("inertia_error", 0.9, True),
+    ],
+)
+def test_what_a_constant_force_is_read_as_must_predict_unseen_data_better(name, error, named):
+    size = {"force_offset": "force", "inertia_error": "mass_error"}[name]
+    effect = FoundEffect(name, 0.5, {size: Quantity(4.0, "N", (3.0, 5.0))}, 1.0)
+    errors = {"read": 0.1 * error, "chosen": 0.1}
+    fake = SimpleNamespace(
+        constant=SimpleNamespace(fit="read", effect=effect), selection=SimpleNamespace(steps=[], chosen="chosen"),
+        _held_out=errors.get,
+    )  # fmt: skip
+    assert Conclusion._offset_named.func(fake) is named
+
+
+def test_a_model_that_runs_away_through_a_weak_observer_shows_nothing_there(monkeypatch):
+    def view(_, gain):
+        variance = np.nan if gain[0] == 0.0 else 1.0
+        return SimpleNamespace(variance=variance, error=np.ones(9), gain=gain)
+
+    monkeypatch.setattr(probes.View, "of", view)
+    gains, settings = gain_table(0.01)
+    last = int(np.argmax(settings[1]))
+    fitted = SimpleNamespace(
+        problem=SimpleNamespace(samples=SimpleNamespace(sample_time=0.01)),
+        found=SimpleNamespace(gain=gains[:, last], setting=settings[:, last]),
+    )
+    seen = probes.outlooks(fitted, fitted)
+    assert len(seen) > 1
+    assert all(np.isfinite(one.here.variance) and np.isfinite(one.behind) for one in seen)
+    assert not any((one.here.gain == gains[:, 0]).all() for one in seen)
+
+
+def test_a_soft_transmission_is_among_the_starts():
+    """A belt of 1.5 kN/m between 13 and 3 kg was a mass of -6 kg: no start was softer than 10 kN/m."""
+    axis = replace(paper_axis(), mechanics=replace(paper_axis().mechanics, M=13.0))
+    softest = min(guise.starts[:, 0].min() for guise in compliance(find("transmission_compliance"), setting(axis=axis)))
+    assert softest < 3e3

@@ -23,10 +23,10 @@ from tests.reference.cases import CaseSpec, draw_case, write_case
 TRAIN_SEED = 5700
 
 
-def setting(**other):
+def setting(axis=None, **other):
     sizes = dict(force=50.0, speed=0.2, travel=0.4, mass=10.0, lowest=0.0, highest=0.4, peak=90.0, duration=30.0)
     rest = dict(sample_time=0.01, rests=0.0, spots=(), periods=(0.031,), free_offset=False)
-    return Setting(paper_axis(), **(sizes | rest | other))
+    return Setting(axis or paper_axis(), **(sizes | rest | other))
 
 
 @pytest.mark.parametrize(
