@@ -53,6 +53,7 @@ EXPONENTS = 0.6  # from 2: what falls or grows otherwise is no drag
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
+SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
 OUTER = 1.2  # of half the travel: beyond it curves bend no further
 BIG = 30.0  # times the dry friction: forces of a spring's bend at the ends of the travel
 
@@ -96,11 +97,10 @@ def _slope(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG0
 def _ripple(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         turns = b[MOTOR_MIDDLE + j] / p[j]
-        wave = cos_turns(turns + TURN * p[3 * LANES + j])
         second = p[4 * LANES + j] * cos_turns(2.0 * turns) + p[5 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
-        share = p[6 * LANES + j]
-        b[MOTOR_FORCE + j] += p[LANES + j] * wave + (1.0 - share) * second
-        b[DRIVE + j] -= (p[2 * LANES + j] * wave + share * second) * b[DRIVE + j]
+        wave = cos_turns(turns + TURN * p[3 * LANES + j]) + second
+        b[MOTOR_FORCE + j] += p[LANES + j] * wave
+        b[DRIVE + j] -= p[2 * LANES + j] * wave * b[DRIVE + j]
 
 
 @law(TO_DRIVE)
@@ -108,7 +108,7 @@ def _lever(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG0
     for j in range(LANES):
         turns = b[MOTOR_MIDDLE + j] / p[LANES + j]
         second = p[3 * LANES + j] * cos_turns(2.0 * turns) + p[4 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
-        b[DRIVE + j] /= 1.0 + p[j] * cos_turns(turns + TURN * p[2 * LANES + j]) + second
+        b[DRIVE + j] /= 1.0 + p[j] * (cos_turns(turns + TURN * p[2 * LANES + j]) + second)
 
 
 def _twice_as_fast(effect: Effect) -> Callable[[Floats, Machine, float], Floats]:
@@ -183,21 +183,19 @@ def _free_slope(guise: Guise, s: Setting) -> Guise:
 
 
 def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
-    """A second harmonic of the wave."""
-    relative = float("amplitude" in dict(guise.fixed))
-    return _with_second(guise, _ripple, {"relative": relative})
+    """A second harmonic of the wave, in shares of it."""
+    return _with_second(guise, _ripple)
 
 
 def _free_lever(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
     """The same of a pulley."""
-    return _with_second(guise, _lever, {})
+    return _with_second(guise, _lever)
 
 
-def _with_second(guise: Guise, curve: Law, known: dict[str, float]) -> Guise:
-    """A wave and its second harmonic, in the unit of the first."""
-    size = guise.unknowns[-1]
-    shapes = tuple(dataclasses.replace(size, parameter=name) for name in ("second_cosine", "second_sine"))
-    bent = _bent(guise, curve, shapes, known)
+def _with_second(guise: Guise, curve: Law) -> Guise:
+    """A wave and its second harmonic, which must be the smaller: else the period is another."""
+    shapes = tuple(Unknown(name, 0.3, -SECOND, SECOND) for name in ("second_cosine", "second_sine"))
+    bent = _bent(guise, curve, shapes, {})
     return dataclasses.replace(bent, effect=dataclasses.replace(bent.effect, rate=_twice_as_fast(guise.effect)))
 
 

@@ -189,13 +189,14 @@ def foretold(evidence: Comparison) -> bool:
     return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
 
 
-def at_edge(fitted: Fit, guise: Guise) -> bool:
-    """True where an unknown of the effect that is reported ended on a bound that is not its absence."""
+def at_edge(fitted: Fit, guise: Guise, *, shapes: bool = False) -> bool:
+    """True where an unknown of the effect that is reported, or of its `shapes`, ended on a bound that is no absence."""
     low, high = fitted.problem.bounds
     slot = fitted.problem.slot(guise)
     x = fitted.x[slot]
-    told = np.array([guise.wave is not None or guise.tells(unknown.parameter) for unknown in guise.unknowns])
-    return bool((told & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
+    wave = guise.wave or ()
+    told = np.array([unknown.parameter in wave or guise.tells(unknown.parameter) for unknown in guise.unknowns])
+    return bool(((told ^ shapes) & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
 
 
 def price(fitted: Fit) -> float:
