@@ -80,6 +80,7 @@ ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells w
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
+BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
@@ -501,13 +502,13 @@ class Conclusion:
 
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""
-        said = (CLOCK,) if self.selection.shift else ()
-        if CURVE not in self.selection.aside:
-            return said
-        model = shown if CURVE in shown.names else self.selection.chosen
-        guise = model.problem.guise(CURVE)
-        exponent = float(np.exp(guise.unknowns[0].value(model.x[model.problem.slot(guise)])[0]))
-        return (*said, EXPONENT.format(exponent))
+        said = [CLOCK] if self.selection.shift else []
+        if CURVE in self.selection.aside:
+            model = shown if CURVE in shown.names else self.selection.chosen
+            guise = model.problem.guise(CURVE)
+            exponent = float(np.exp(guise.unknowns[0].value(model.x[model.problem.slot(guise)])[0]))
+            said.append(EXPONENT.format(exponent))
+        return (*said, *(BENT.format(guise.name) for guise in shown.problem.guises if guise.shapes))
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         """What is said of an effect in the model that is not among the `named` ones."""

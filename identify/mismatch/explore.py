@@ -14,7 +14,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
-from identify.mismatch.rules import BIC, KNOWN, Step, at_edge, price, refusal
+from identify.mismatch.rules import BIC, KNOWN, Step, bent_to_edge, price, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
@@ -222,7 +222,7 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
             problem = current.problem.including((*current.problem.guises, freed))
             bent = _weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
             told = bent.evidence.bic < step.evidence.bic + BIC and bent.evidence.foreseen > step.evidence.foreseen
-            known = bool(bent.denied) or not at_edge(bent.fit, freed, shapes=True)
+            known = bool(bent.denied) or not bent_to_edge(bent.fit, freed)
             found.append(bent if told and known else step)
         else:
             found.append(step)

@@ -121,6 +121,7 @@ class Guise:
         least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
         depends: coordinate of physics that is in no catalogue; None for an effect that may be named.
         freed: the same effect, its own curve free to bend; None where the catalogue's is the only one.
+        shapes: parameters by which a freed curve bends.
         allows: says of parameter values why a curve so bent is no such effect, or None.
     """
 
@@ -135,6 +136,7 @@ class Guise:
     least: float = 0.0
     depends: str | None = None
     freed: Guise | None = None
+    shapes: tuple[str, ...] = ()
     allows: Callable[[dict[str, float]], str | None] | None = None
 
     @property

@@ -127,13 +127,13 @@ def _bent(guise: Guise, curve: Law, shapes: tuple[Unknown, ...], known: dict[str
     begins where the effect was fitted.
     """
     effect = guise.effect
-    names = [unknown.parameter for unknown in shapes] + list(known)
-    more = tuple(Parameter(name, "1", (-math.inf, math.inf), default=0.0, reported=False) for name in names)
+    names = tuple(unknown.parameter for unknown in shapes)
+    more = [Parameter(name, "1", (-math.inf, math.inf), default=0.0, reported=False) for name in (*names, *known)]
     other = dataclasses.replace(effect, parameters=(*effect.parameters, *more), laws=(curve,))
     unknowns = (guise.unknowns[0], *shapes, *guise.unknowns[1:])
     fixed = (*guise.fixed, *known.items())
     starts = np.empty((0, len(unknowns)))
-    return dataclasses.replace(guise, effect=other, unknowns=unknowns, starts=starts, fixed=fixed)
+    return dataclasses.replace(guise, effect=other, unknowns=unknowns, starts=starts, fixed=fixed, shapes=names)
 
 
 def _free_drag(guise: Guise, s: Setting) -> Guise:

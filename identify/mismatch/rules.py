@@ -8,12 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import NO_FINDING, OWN_CURVE, Guise
 from identify.promoted import CONSTANT
+
+Bools = NDArray[np.bool_]
 
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
@@ -189,14 +192,28 @@ def foretold(evidence: Comparison) -> bool:
     return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
 
 
-def at_edge(fitted: Fit, guise: Guise, *, shapes: bool = False) -> bool:
-    """True where an unknown of the effect that is reported, or of its `shapes`, ended on a bound that is no absence."""
+def at_edge(fitted: Fit, guise: Guise) -> bool:
+    """True where an unknown of the effect that is reported ended on a bound that is not its absence."""
+    told = [guise.wave is not None or guise.tells(unknown.parameter) for unknown in guise.unknowns]
+    return _on_bound(fitted, guise, np.array(told) & ~_shapes(guise))
+
+
+def bent_to_edge(fitted: Fit, guise: Guise) -> bool:
+    """True where the effect's own curve is bent as far as it may be."""
+    return _on_bound(fitted, guise, _shapes(guise))
+
+
+def _shapes(guise: Guise) -> Bools:
+    """Which unknowns say how the effect's own curve bends. (q,)"""
+    return np.array([unknown.parameter in guise.shapes for unknown in guise.unknowns])
+
+
+def _on_bound(fitted: Fit, guise: Guise, asked: Bools) -> bool:
+    """True where one of the unknowns that are `asked` (q,) ended on a bound."""
     low, high = fitted.problem.bounds
     slot = fitted.problem.slot(guise)
     x = fitted.x[slot]
-    wave = guise.wave or ()
-    told = np.array([unknown.parameter in wave or guise.tells(unknown.parameter) for unknown in guise.unknowns])
-    return bool(((told ^ shapes) & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
+    return bool((asked & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
 
 
 def price(fitted: Fit) -> float:

@@ -8,13 +8,13 @@ import pytest
 
 from identify.mismatch import probes, select
 from identify.mismatch.compare import Comparison
-from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.conclusion import BENT, Conclusion
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import OWN_CURVE
 from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import NO_NAME, Step, best_of
+from identify.mismatch.rules import NO_NAME, Step, at_edge, bent_to_edge, best_of
 from identify.mismatch.select import Selection
 from identify.mismatch.ways import TAILORED, guises
 from identify.mismatch.ways_memory import compliance
@@ -28,6 +28,7 @@ from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
 from tests.identify.test_uncatalogued import setting
 from tests.reference.cases import CaseSpec, draw_case, write_case
+from tests.reference.parameters import SHAPES
 from tests.second.cases import CaseSpec as SecondSpec
 from tests.second.cases import write_case as write_second
 from tests.second.test_second import cases
@@ -116,7 +117,8 @@ def test_what_only_looks_like_an_effect_is_unexplained(tmp_path, name, coordinat
 
 
 @pytest.mark.parametrize("name", ["position_spring", "torque_ripple"])
-def test_a_progressive_spring_and_a_second_harmonic_keep_their_names(tmp_path, name):
+def test_a_progressive_spring_and_a_second_harmonic_keep_their_names(tmp_path, monkeypatch, name):
+    monkeypatch.setitem(SHAPES["position_spring"]["hardening"], "spring_cubic", 20.0)  # twice as stiff at the ends
     spec = CaseSpec(
         TRAIN_SEED, (name,), excitation="loop_trapezoid", size=2.0, noise=1e-5, duration=12.0, shapes="foreign"
     )
@@ -124,6 +126,21 @@ def test_a_progressive_spring_and_a_second_harmonic_keep_their_names(tmp_path, n
     found = diagnose(recordings, axis)
     assert [effect.name for effect in found.effects] == [name]
     assert not {"lopsided", "progressive", "second_cosine"} & set(found.effects[0].parameters)
+    assert BENT.format(name) in found.preprocessing
+
+
+def test_bounds_of_a_shape_are_not_those_of_the_effect():
+    for guise in hosts():
+        freed = guise.freed
+        problem = SimpleNamespace(bounds=freed.bounds(), slot=lambda _, size=freed.size: slice(0, size))
+        x = 0.5 * (problem.bounds[0] + problem.bounds[1])
+        bent, ended = x.copy(), x.copy()
+        bent[1], ended[0] = problem.bounds[1][1], problem.bounds[1][0]
+        at = [
+            (at_edge(fit, freed), bent_to_edge(fit, freed))
+            for fit in (SimpleNamespace(problem=problem, x=y) for y in (x, bent, ended))
+        ]
+        assert at == [(False, False), (False, True), (True, False)]
 
 
 def step(name, price, refused=None, unseen=0.5, foreseen=100.0):
