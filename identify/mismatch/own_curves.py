@@ -36,6 +36,9 @@ from plant.kernels.laws import (
     SPEED,
     TO_DRIVE,
     TO_STEP,
+    TRANSMITTED,
+    VISCOUS_BACKWARD,
+    VISCOUS_FORWARD,
     Law,
     Rows,
     law,
@@ -48,7 +51,8 @@ Floats = NDArray[np.float64]
 
 TURN = 0.5 / math.pi
 QUARTER = 0.25  # of a turn: from a cosine to a sine
-SLOWEST = 1e-3  # of the usual speed: below it, a drag of any exponent is nothing
+SLOWEST = 1e-3  # of the usual speed or load: below it, a power of it is as if it were so much
+NEARLY = 0.5  # from 1, at most: another exponent of what goes with speed or load
 EXPONENTS = 0.6  # from 2: what falls or grows otherwise is no drag
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
@@ -63,6 +67,23 @@ def _drag(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
     for j in range(LANES):
         ratio = max(abs(b[SPEED + j]) * p[2 * LANES + j], SLOWEST)
         b[DRAG + j] += p[j] * exp_neg(-p[LANES + j] * ln(ratio))
+
+
+@law(TO_STEP)
+def _sides(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        ratio = max(abs(b[SPEED + j]) * p[2 * LANES + j], SLOWEST)
+        more = p[j] * exp_neg(-p[LANES + j] * ln(ratio))
+        b[VISCOUS_FORWARD + j] *= 1.0 + more
+        b[VISCOUS_BACKWARD + j] *= 1.0 - more
+
+
+@law(TO_STEP)
+def _load(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        force = abs(b[TRANSMITTED + j])
+        ratio = max(force * p[2 * LANES + j], SLOWEST)
+        b[LEVEL + j] += p[j] * force * exp_neg(-p[LANES + j] * ln(ratio))
 
 
 @law(TO_STEP)
@@ -147,6 +168,16 @@ def _no_drag(values: dict[str, float]) -> str | None:
     return f"with the power {2.0 + values['bend']:.2g} of it" if abs(values["bend"]) > EXPONENTS else None
 
 
+def _free_sides(guise: Guise, s: Setting) -> Guise:
+    """Viscous friction whose two sides differ by another power of the speed than 1."""
+    return _bent(guise, _sides, (Unknown("bend", 0.5, -NEARLY, NEARLY),), {"per_speed": 1.0 / s.speed})
+
+
+def _free_load(guise: Guise, s: Setting) -> Guise:
+    """Friction that grows with another power of the load than 1."""
+    return _bent(guise, _load, (Unknown("bend", 0.5, -NEARLY, NEARLY),), {"per_force": 1.0 / s.peak})
+
+
 def _free_defect(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
     """A bump that may also push: the same in both directions."""
     bent = _bent(guise, _defect, (Unknown("one_way", 1.0, -3.0, 3.0),), {})
@@ -201,6 +232,8 @@ def _with_second(guise: Guise, curve: Law) -> Guise:
 
 FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "quadratic_drag": _free_drag,
+    "viscous_asymmetry": _free_sides,
+    "load_dependent_friction": _free_load,
     "rail_defect": _free_defect,
     "position_spring": _free_spring,
     "position_dependent_friction": _free_slope,

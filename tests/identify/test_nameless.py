@@ -308,6 +308,23 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
     assert not there(5.0), "the last polish took it to its bound"
 
 
+@pytest.mark.parametrize(("interval", "named"), [((-5.4, 0.4), False), ((-4.0, -1.0), True)])
+def test_what_happens_once_is_not_foretold_by_another_recording(interval, named):
+    """Friction that wandered stepped by -2.5 N, give or take 2.9, some time within 337 s, and another recording agreed."""
+    moment = find("step_change")
+    guise = Guise(moment, (Unknown("step", 1.0, -9.0, 9.0),), np.array([[0.5]]), (("time", 9.0), ("static_share", 1.0)))
+    problem = SimpleNamespace(
+        guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=(np.array([-9.0]), np.array([9.0]))
+    )
+    told = Comparison(-2118.0, 1.9, -1005.0, 0.78, 0.73, 2085.0, 3.4)
+    fake = SimpleNamespace(
+        final=SimpleNamespace(problem=problem, x=np.array([-2.5])), _share=lambda _: 0.72,
+        selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
+    )  # fmt: skip
+    effect = FoundEffect("step_change", 0.5, {"step": Quantity(-2.5, "N", interval)}, 1.0)
+    assert Conclusion._there(fake, effect) is named
+
+
 def weighed(share, foreseen_z, latent_force):
     """What decides about names: error left on unseen data, how these agree, latent force of 10 N of dry friction."""
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))
