@@ -310,7 +310,7 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
 
 @pytest.mark.parametrize(("interval", "named"), [((-5.4, 0.4), False), ((-4.0, -1.0), True)])
 def test_what_happens_once_is_not_foretold_by_another_recording(interval, named):
-    """Friction that wandered stepped by -2.5 N, give or take 2.9, some time within 337 s, and another recording agreed."""
+    """Friction that wandered stepped by -2.5 N, give or take 2.9, within 337 s of 39 s; another recording agreed."""
     moment = find("step_change")
     guise = Guise(moment, (Unknown("step", 1.0, -9.0, 9.0),), np.array([[0.5]]), (("time", 9.0), ("static_share", 1.0)))
     problem = SimpleNamespace(
