@@ -33,8 +33,8 @@ PROMISING = 15.0  # fall of the loss after a first look below which a candidate 
 CLOSE = 0.6  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
-# friction's own curve imitates the one so well, and the other acts so seldom, that no slope tells: always refitted
-IMITATED = {"quadratic_drag", "dwell_time_stiction"}
+# always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
+NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
@@ -112,7 +112,7 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
     known = {name for name, _ in found}
     for guise in guises:
-        if guise.name in IMITATED and guise.name not in known:
+        if guise.name in NO_SLOPE and guise.name not in known:
             starts = list(guise.scaled_starts())
             found[guise.name, guise.fixed] = Candidate(guise, starts, [current.found.gain] * len(starts))
     return list(found.values())
