@@ -10,6 +10,8 @@ from plant.effects.effect import Effect
 
 SHEET = 0.015  # relative: how well data sheets know a torque constant or a mass; less is no finding
 
+LOWEST = 0.03  # of the largest command: a loop that winds up asks for many times what the drive can give
+
 
 def offset(e: Effect, s: Setting) -> list[Guise]:
     """A constant force, where the baseline does not hold it already."""
@@ -50,8 +52,8 @@ def saturation(e: Effect, s: Setting) -> list[Guise]:
     """A limit below the peak of the drive force: hard, or with a rounded shoulder that the peak may end in."""
     gain = abs(s.axis.mechanics.gain)
     peak = s.peak / gain
-    limit = Unknown("limit", peak, 0.2 * peak, 1.02 * peak, log=True)
-    hard = Guise(e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak]))
+    limit = Unknown("limit", peak, LOWEST * peak, 1.02 * peak, log=True)
+    hard = Guise(e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak, 0.2 * peak]))
     if "knee" not in {p.name for p in e.parameters}:
         return [hard]
     soft = (dataclasses.replace(limit, high=1.5 * peak), Unknown("knee", 0.3, 0.03, 1.0, log=True))

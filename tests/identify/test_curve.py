@@ -17,7 +17,6 @@ from plant.effects.effect import Surroundings
 from plant.machine import Plan
 from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
-from tests.blind.plan import draw_spec
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
 TRAIN_SEED = 6100
@@ -41,16 +40,6 @@ def test_a_healthy_machine_with_another_exponent_has_no_mismatch(tmp_path, expon
 def test_an_effect_beside_it_keeps_its_name(tmp_path):
     found = diagnosed(tmp_path, excitation="loop_trapezoid", exponent=2.0, effects=("rail_defect",), size=1.0)
     assert [effect.name for effect in found.effects] == ["rail_defect"]
-
-
-def test_an_asymmetry_of_a_viscous_friction_that_the_fit_has_lost_is_tried(tmp_path):
-    """The baseline gives the whole of it to the Stribeck curve: a share of nothing has no slope, its twin has one."""
-    case = draw_case(draw_spec(1_240_000, 68)[1])
-    axis = read_axis(write_case(case, tmp_path))
-    found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
-    assert "viscous_asymmetry" in case.labels["effects"]
-    assert ("viscous_asymmetry",) in found.alternatives
-    assert ("coulomb_asymmetry",) in found.alternatives
 
 
 def test_it_is_no_name():

@@ -1,0 +1,52 @@
+"""What no start leads to, or a bound keeps away, can never be named: each of these was, and another name was given."""
+
+import contextlib
+from dataclasses import replace
+
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.ways_memory import compliance
+from plant.axis_file import read_axis
+from plant.effects import find
+from plant.presets import paper_axis
+from plant.recording_files import read_recording_entry
+from tests.blind.plan import ATTEMPTS, draw_spec
+from tests.identify.test_uncatalogued import setting
+from tests.reference.cases import UndrawableError, draw_case, write_case
+
+
+def diagnosed(folder, seed, index):
+    """A case of a blind study that has been read, its recordings, and their diagnosis."""
+    _, spec = draw_spec(seed, index)
+    for attempt in range(ATTEMPTS):
+        with contextlib.suppress(UndrawableError):
+            case = draw_case(replace(spec, seed=spec.seed + attempt))
+            axis = read_axis(write_case(case, folder))
+            recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+            return case, recordings, diagnose(recordings, axis)
+    raise AssertionError("nothing to diagnose")
+
+
+def test_an_asymmetry_of_a_viscous_friction_that_the_fit_has_lost(tmp_path):
+    """The baseline gives the whole of it to the Stribeck curve: a share of nothing has no slope, its twin has one."""
+    case, _, found = diagnosed(tmp_path, 1_240_000, 68)
+    assert "viscous_asymmetry" in case.labels["effects"]
+    assert ("viscous_asymmetry",) in found.alternatives
+    assert ("coulomb_asymmetry",) in found.alternatives
+
+
+def test_a_torque_limit_far_below_what_a_loop_that_winds_up_asks_for(tmp_path):
+    """A limit of a sixth of the largest command was `unexplained`: a fifth was the least that was looked for."""
+    case, recordings, found = diagnosed(tmp_path, 1_260_000, 5)
+    limit = case.labels["effects"]["torque_saturation"]["limit"]
+    assert [effect.name for effect in found.effects] == ["torque_saturation"]
+    low, high = found.effects[0].parameters["limit"].ci95
+    assert low < limit < high
+    largest = max(abs(recording.torque).max() for recording in recordings)
+    assert limit < 0.2 * largest
+
+
+def test_a_soft_transmission_is_among_the_starts():
+    """A belt of 1.5 kN/m between 13 and 3 kg was a mass of -6 kg: no start was softer than 10 kN/m."""
+    axis = replace(paper_axis(), mechanics=replace(paper_axis().mechanics, M=13.0))
+    softest = min(guise.starts[:, 0].min() for guise in compliance(find("transmission_compliance"), setting(axis=axis)))
+    assert softest < 3e3
