@@ -15,14 +15,15 @@ from tests.reference.cases import UndrawableError, draw_case, write_case
 
 
 def diagnosed(folder, seed, index):
-    """A case of a blind study that has been read, its recordings, and their diagnosis."""
+    """A case of a blind study that has been read, the largest command [N*m], and the diagnosis."""
     _, spec = draw_spec(seed, index)
     for attempt in range(ATTEMPTS):
         with contextlib.suppress(UndrawableError):
             case = draw_case(replace(spec, seed=spec.seed + attempt))
             axis = read_axis(write_case(case, folder))
             recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
-            return case, recordings, diagnose(recordings, axis)
+            largest = max(abs(recording.force).max() for recording in recordings) / abs(axis.mechanics.gain)
+            return case, largest, diagnose(recordings, axis)
     raise AssertionError("nothing to diagnose")
 
 
@@ -36,12 +37,11 @@ def test_an_asymmetry_of_a_viscous_friction_that_the_fit_has_lost(tmp_path):
 
 def test_a_torque_limit_far_below_what_a_loop_that_winds_up_asks_for(tmp_path):
     """A limit of a sixth of the largest command was `unexplained`: a fifth was the least that was looked for."""
-    case, recordings, found = diagnosed(tmp_path, 1_260_000, 5)
+    case, largest, found = diagnosed(tmp_path, 1_260_000, 5)
     limit = case.labels["effects"]["torque_saturation"]["limit"]
     assert [effect.name for effect in found.effects] == ["torque_saturation"]
     low, high = found.effects[0].parameters["limit"].ci95
     assert low < limit < high
-    largest = max(abs(recording.torque).max() for recording in recordings)
     assert limit < 0.2 * largest
 
 
