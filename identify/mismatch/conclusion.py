@@ -84,6 +84,7 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
+SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
@@ -337,14 +338,12 @@ class Conclusion:
     def _along(self, step: Step, like: str = "") -> Structure:
         """What a step explains, as structure along its coordinate, where it acts."""
         name, told, samples = step.guise.name, step.evidence, self.evidence.train
-        if step.guise.depends is not None or name not in COORDINATE:
-            coordinate = step.guise.depends or "time"
-            interval = reach(coordinate, samples, self.axis)
-        else:
+        coordinate = step.guise.depends or COORDINATE.get(name, "time")
+        interval = reach(coordinate, samples, self.axis)
+        if name in SOMEWHERE:
             values = reported(step.fit.problem, step.guise, step.fit.x).items()
             sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values}
-            place = named_location(name, sizes, 0.0, told.z, samples, self.axis)
-            coordinate, interval = place.coordinate, place.interval
+            interval = named_location(name, sizes, 0.0, told.z, samples, self.axis).interval
         return Structure(coordinate, interval, -told.bic, told.z, 0.0, like)
 
     @cached_property

@@ -53,7 +53,9 @@ def saturation(e: Effect, s: Setting) -> list[Guise]:
     gain = abs(s.axis.mechanics.gain)
     peak = s.peak / gain
     limit = Unknown("limit", peak, LOWEST * peak, 1.02 * peak, log=True)
-    hard = Guise(e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak, 0.2 * peak]))
+    hard = Guise(
+        e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak, 0.2 * peak])
+    )
     if "knee" not in {p.name for p in e.parameters}:
         return [hard]
     soft = (dataclasses.replace(limit, high=1.5 * peak), Unknown("knee", 0.3, 0.03, 1.0, log=True))
