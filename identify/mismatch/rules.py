@@ -48,13 +48,8 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
-LIKELY_BUT = (
-    "its force of",
-    "a parameter ended",
-    "its size of",
-    OWN_CURVE,
-    NO_NAME,
-)  # reasons a likely effect is refused
+ODD = "its force of", "a parameter ended", "its size of"
+LIKELY_BUT = (*ODD, OWN_CURVE, NO_NAME)  # beginnings of the reasons a likely effect is refused
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,7 +31,6 @@ from identify.mismatch.rules import (
     best_of,
     clock_shift,
     cost,
-    everywhere,
     foretold,
     other_curve,
     price,
@@ -280,35 +279,26 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
     earned = {s.guise.name for stage in (selection.opening, *selection.rivals) for s in stage if s.refused is None}
     for step in list(selection.steps[:-1]):
         rest = without(selection.chosen, step.guise)
-        taken, kin = {s.guise.name for s in selection.steps if s is not step}, TWINS.get(step.guise.name, frozenset())
-        again = (kin | {step.guise.name} | earned) - taken
-        rest, tried = explore(
-            rest, [guise for guise in guises if guise.name in again], unseen, progress, AGAIN, Stage.TEST
-        )
+        kin = TWINS.get(step.guise.name, frozenset())
+        taken = {s.guise.name for s in selection.steps if s is not step}
+        offered = [guise for guise in guises if guise.name in (kin | {step.guise.name} | earned) - taken]
+        rest, tried = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
         so_far = price(selection.baseline) - price(rest)
         needed = max(-BIC, LESSER * so_far)
         steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
         evidence = compare(rest, selection.chosen, unseen)
         index = selection.steps.index(step)
-        named = replace(step, fit=selection.chosen, evidence=evidence)
         mends = bool(kin & taken) and -evidence.bic < KIN * so_far and not agreed(evidence)
-        unneeded = not steps and (mends or -evidence.bic < needed)
-        if unneeded or any(_truer(one, named) for one in tried):
+        if not steps and (mends or -evidence.bic < needed):
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
             continue
         if steps and cost(steps[0].fit) < cost(selection.chosen):
             selection.steps[index], selection.chosen = steps[0], steps[0].fit
         else:  # what was tried now is a worse fit of the same, or less likely
-            selection.steps[index] = named
+            selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
         seen = [s.guise for s in tried]
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
-
-
-def _truer(one: Step, named: Step) -> bool:
-    """Whether physics that is in no catalogue makes fitted and unseen data likelier than a name beside the others."""
-    far = cost(named.fit) - TIED_BIC, everywhere(named) - TIED_BIC
-    return one.refused == NO_NAME and cost(one.fit) < far[0] and everywhere(one) < far[1]
 
 
 def _try_twins(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:

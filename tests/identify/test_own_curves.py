@@ -163,14 +163,6 @@ def test_a_name_gives_way_to_what_foretells_unseen_data_better(priced):
     assert best_of([ripple, step("end_stop", -353.0, "its size of 3", 0.08, 698.0)]) is ripple
 
 
-def test_beside_other_names_a_stranger_must_be_likelier_on_all_data(priced):
-    named = step("torque_ripple", -384.0, foreseen=173.0)
-    assert select._truer(step("level_ripple", -476.0, NO_NAME, foreseen=335.0), named)
-    assert not select._truer(step("level_ripple", -476.0, NO_NAME, foreseen=50.0), named)
-    assert not select._truer(step("level_ripple", -400.0, NO_NAME, foreseen=335.0), named)
-    assert not select._truer(step("rail_defect", -476.0, "a parameter ended", foreseen=335.0), named)
-
-
 def test_nothing_is_put_together_from_names_where_one_stranger_leaves_next_to_nothing(priced, monkeypatch):
     monkeypatch.setattr(select, "_forward", lambda *_: pytest.fail("no detour is needed"))
     opening = [step("level_ripple", -353.0, NO_NAME, unseen=0.08, foreseen=698.0), step("rail_defect", -153.0)]
