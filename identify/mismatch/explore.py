@@ -30,7 +30,7 @@ STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that 
 NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
-CLOSE = 0.6  # of the likeliest step's evidence: what has as much is put to the test by its own curve
+TESTED = 0.6  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
@@ -218,7 +218,7 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
     found = []
     for step in steps:
         freed = step.guise.freed
-        if freed is not None and step.evidence.bic < min(BIC, CLOSE * most) and step.guise in step.fit.problem.guises:
+        if freed is not None and step.evidence.bic < min(BIC, TESTED * most) and step.guise in step.fit.problem.guises:
             problem = current.problem.including((*current.problem.guises, freed))
             bent = _weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
             told = bent.evidence.bic < step.evidence.bic + BIC and bent.evidence.foreseen > step.evidence.foreseen

@@ -256,7 +256,7 @@ def best_of(steps: list[Step]) -> Step | None:
     for step in steps:
         stranger = step.refused == NO_NAME
         likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC
-        foretells = stranger and step.evidence.unseen < left and everywhere(step) < everywhere(best) - TIED_BIC
+        foretells = stranger and step.evidence.unseen < left and _everywhere(step) < _everywhere(best) - TIED_BIC
         truer = left > PROVEN or (stranger and step.evidence.unseen < TRUER * left)
         if (likelier or foretells) and truer:
             return None
@@ -265,7 +265,7 @@ def best_of(steps: list[Step]) -> Step | None:
     return best
 
 
-def everywhere(step: Step) -> float:
+def _everywhere(step: Step) -> float:
     """Price of a step less the evidence of unseen data: how unlikely it makes all of them. [1]."""
     return cost(step.fit) - step.evidence.foreseen
 

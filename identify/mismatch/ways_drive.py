@@ -9,7 +9,6 @@ from identify.mismatch.guise import CLOCK, Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
 SHEET = 0.015  # relative: how well data sheets know a torque constant or a mass; less is no finding
-
 LOWEST = 0.03  # of the largest command: a loop that winds up asks for many times what the drive can give
 
 
@@ -53,9 +52,7 @@ def saturation(e: Effect, s: Setting) -> list[Guise]:
     gain = abs(s.axis.mechanics.gain)
     peak = s.peak / gain
     limit = Unknown("limit", peak, LOWEST * peak, 1.02 * peak, log=True)
-    hard = Guise(
-        e, (limit,), grid([0.99 * peak, 0.97 * peak, 0.9 * peak, 0.8 * peak, 0.65 * peak, 0.5 * peak, 0.2 * peak])
-    )
+    hard = Guise(e, (limit,), grid([share * peak for share in (0.99, 0.97, 0.9, 0.8, 0.65, 0.5, 0.2)]))
     if "knee" not in {p.name for p in e.parameters}:
         return [hard]
     soft = (dataclasses.replace(limit, high=1.5 * peak), Unknown("knee", 0.3, 0.03, 1.0, log=True))
