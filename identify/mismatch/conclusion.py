@@ -485,8 +485,9 @@ class Conclusion:
         """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
 
         A lag makes data likelier where the stamps of the two channels are apart, too, and friction that wanders is
-        predicted better from any moment on, in other recordings as well. What was large enough to be named while
-        another effect was missing may not be once that is found.
+        predicted better from any moment on, in other recordings as well. Beside another effect, what foretells unseen
+        data may be how its curve differs. What was large enough to be named while another was missing may not be once
+        that is found.
         """
         guise = self.final.problem.guise(effect.name)
         if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None or at_edge(self.final, guise):
@@ -495,9 +496,9 @@ class Conclusion:
             return True
         if _unknown(effect):
             return False
-        step = next(step for step in self.selection.steps if step.guise.name == effect.name)
-        alone = len(self.selection.steps) == 1 and self._share(self.final) < PROVEN
-        return effect.name not in (*LATE, *ONCE) and (alone or foretold(step.evidence))
+        if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
+            return False
+        return self._share(self.final) < PROVEN or foretold(self.selection.steps[0].evidence)
 
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""

@@ -10,6 +10,7 @@ from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
 LONGEST = 1.5  # of the travel: a turn of the motor whose ripple shows on it
+PART = 10.0  # travels: of a longer turn of the pulley so little is seen that its eccentricity is a factor on the torque
 
 
 def position_friction(e: Effect, s: Setting) -> list[Guise]:
@@ -75,7 +76,7 @@ def ripple(e: Effect, s: Setting) -> list[Guise]:
 def eccentricity(e: Effect, s: Setting) -> list[Guise]:
     """A wave of a turn of the pulley."""
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
-    periods = [p for p in (turn,) if p < 4.0 * s.travel] or []
+    periods = [p for p in (turn,) if p < PART * s.travel]
     return [waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn, (0.8, 1.25))] if periods else []
 
 

@@ -325,6 +325,24 @@ def test_what_happens_once_is_not_foretold_by_another_recording(interval, named)
     assert Conclusion._there(fake, effect) is named
 
 
+@pytest.mark.parametrize(("others", "named"), [(0, True), (1, False)])
+def test_what_may_be_absent_is_not_foretold_beside_another_effect(others, named):
+    """A drag of 106 N s2/m2, give or take 112, beside a step: it was how the step differs from the catalogue's."""
+    drag = find("quadratic_drag")
+    guise = Guise(drag, (Unknown("coefficient", 10.0, -900.0, 900.0),), np.array([[0.5]]))
+    problem = SimpleNamespace(
+        guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=(np.array([-90.0]), np.array([90.0]))
+    )
+    told = Comparison(-132.0, 2.5, -77.0, 0.6, 0.56, 363.0, 3.6)
+    steps = [SimpleNamespace(guise=guise, evidence=told)] * (1 + others)
+    fake = SimpleNamespace(
+        final=SimpleNamespace(problem=problem, x=np.array([10.6])), _share=lambda _: 0.56,
+        selection=SimpleNamespace(steps=steps),
+    )  # fmt: skip
+    effect = FoundEffect("quadratic_drag", 0.5, {"coefficient": Quantity(106.0, "N*s^2/m^2", (-6.0, 218.0))}, 1.0)
+    assert Conclusion._there(fake, effect) is named
+
+
 def weighed(share, foreseen_z, latent_force):
     """What decides about names: error left on unseen data, how these agree, latent force of 10 N of dry friction."""
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))

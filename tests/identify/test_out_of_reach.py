@@ -45,6 +45,15 @@ def test_a_torque_limit_far_below_what_a_loop_that_winds_up_asks_for(tmp_path):
     assert limit < 0.2 * largest
 
 
+def test_an_eccentricity_of_a_joint_that_turns_a_ninth_of_a_turn(tmp_path):
+    """Over so little of it, it is a factor on the torque that has a slope: without it, a wrong inertia was named."""
+    case, _, found = diagnosed(tmp_path, 1_240_000, 3)
+    true = case.labels["effects"]["pulley_eccentricity"]["relative_eccentricity"]
+    assert [effect.name for effect in found.effects] == ["pulley_eccentricity"]
+    low, high = found.effects[0].parameters["relative_eccentricity"].ci95
+    assert low < true < high
+
+
 def test_a_soft_transmission_is_among_the_starts():
     """A belt of 1.5 kN/m between 13 and 3 kg was a mass of -6 kg: no start was softer than 10 kN/m."""
     axis = replace(paper_axis(), mechanics=replace(paper_axis().mechanics, M=13.0))
