@@ -28,6 +28,7 @@ from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve
+from identify.threads import at_most
 from identify.uncertainty import Uncertainty
 from plant.axis import Axis, TorqueHold
 from plant.effects import find, names
@@ -50,6 +51,7 @@ def diagnose(
     *,
     seed: int = 0,
     progress: Tell = unheard,
+    threads: int = 1,
 ) -> Diagnosis:
     """Say whether the baseline model leaves physics out, which, how big, and what else it could be.
 
@@ -59,12 +61,16 @@ def diagnose(
         axis: what the commissioning engineer knows.
         seed: of the search.
         progress: told what is being done, before each step.
+        threads: processors to use at once; the answer does not depend on it.
 
     Raises:
-        InputError: no recording.
+        InputError: no recording, or no thread.
     """
-    found = conclude(recordings, axis, seed=seed, progress=progress)
-    return found if isinstance(found, Diagnosis) else found.written()
+    if threads < 1:
+        raise InputError(f"threads is {threads}, but must be at least 1")
+    with at_most(threads):
+        found = conclude(recordings, axis, seed=seed, progress=progress)
+        return found if isinstance(found, Diagnosis) else found.written()
 
 
 def conclude(

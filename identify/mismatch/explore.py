@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +23,7 @@ from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import Samples
 from identify.search import CLASSICAL, losses_by_gain
+from identify.threads import allowed, side_by_side
 
 Floats = NDArray[np.float64]
 
@@ -66,20 +69,16 @@ def explore(
     Returns:
         `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
     """
-    looks = []
     candidates = shortlist(current, guises, most)
-    for number, candidate in enumerate(candidates):
-        progress(Doing(stage, candidate.guise.name, number, 2 * len(candidates)))
-        looks.append(_look(current, candidate))
+    looks: list[Look] = []
+    for look in side_by_side(functools.partial(_look, current), candidates):
+        progress(Doing(stage, look.guise.name, len(looks), 2 * len(candidates)))
+        looks.append(look)
     looks.sort(key=lambda look: -look.gained)
     steps: list[Step] = []
-    for number, look in enumerate(looks):
-        progress(Doing(stage, look.guise.name, len(looks) + number, 2 * len(looks)))
-        best = min((step.evidence.bic for step in steps if step.refused is None), default=0.0)
-        if look.gained < max(PROMISING, 0.5 * needed, -LITTLE * best):
-            steps.append(look.unfitted(current))
-        else:
-            steps.append(_weighed(current, fit(look.problem, look.x[None]), look.guise, unseen))
+    for step in _fitted(current, looks, max(PROMISING, 0.5 * needed), unseen):
+        progress(Doing(stage, step.guise.name, len(looks) + len(steps), 2 * len(looks)))
+        steps.append(step)
     steps.sort(key=lambda step: price(step.fit))
     steps = _in_whole_turns(current, steps, unseen)
     steps = sorted(_with_own_curves(current, steps, unseen), key=lambda step: price(step.fit))
@@ -91,6 +90,26 @@ def explore(
         current, [step.fit for step in {id(step): step for step in (likely[0], fresh or likely[0])}.values()]
     )
     return poorer, steps if poorer is current else [_judged(poorer, step, unseen) for step in steps]
+
+
+def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> Iterator[Step]:
+    """The steps of `looks`, most promising first: those that gained `least` and not too little beside the best, fitted.
+
+    As many at once as there are threads: what turns out not to be worth it beside one of the same wave is dropped.
+    """
+    best, width = 0.0, allowed()
+    for begin in range(0, len(looks), width):
+        wave = looks[begin : begin + width]
+        hopeful = [look for look in wave if look.gained >= max(least, -LITTLE * best)]
+        fits = side_by_side(lambda look: fit(look.problem, look.x[None]), hopeful)
+        richer = dict(zip(map(id, hopeful), fits, strict=True))
+        for look in wave:
+            if look.gained < max(least, -LITTLE * best):
+                yield look.unfitted(current)
+                continue
+            step = _weighed(current, richer[id(look)], look.guise, unseen)
+            best = min(best, step.evidence.bic) if step.refused is None else best
+            yield step
 
 
 def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:

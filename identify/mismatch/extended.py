@@ -17,6 +17,7 @@ from identify.kernels.machine_predictor import predict_machine
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
 from identify.problem import FINEST_SUBSTEP, FrictionProblem, Scales
+from identify.threads import side_by_side
 from plant.axis import Axis
 from plant.effects.effect import Surroundings
 from plant.kernels.laws import LANES
@@ -179,9 +180,8 @@ class ExtendedProblem(FrictionProblem):
             self._lane_error = np.empty((len(s), padded))
         asked = min(blocks.substeps(s.sample_time), self.most_substeps)
         substeps = max(self.substeps, math.ceil(asked * self.substeps / self._usual))
-        one = np.empty((len(s), LANES))
-        scratch = np.empty(blocks.b.shape[1] + LANES)
-        for i in range(count):
+
+        def march(i: int) -> None:
             lanes = slice(i * LANES, (i + 1) * LANES)
             drive = self.drive(blocks.delay[fill[lanes]])
             if push is not None:
@@ -189,6 +189,7 @@ class ExtendedProblem(FrictionProblem):
             position = s.position[:, None]
             if shift is not None:
                 position = np.ascontiguousarray(position + shift[:, fill[lanes]])
+            one = np.empty((len(s), LANES))
             predict_machine(
                 blocks.b[i],
                 blocks.laws,
@@ -203,10 +204,13 @@ class ExtendedProblem(FrictionProblem):
                 blocks.observed,
                 np.ascontiguousarray(start[:, lanes]),
                 np.ascontiguousarray(gains[:, lanes]),
-                scratch,
+                np.empty(blocks.b.shape[1] + LANES),
                 one,
             )
             self._lane_error[:, lanes] = one
+
+        for _ in side_by_side(march, range(count)):
+            pass
         return self._lane_error[:, :m]
 
     def _drive_force(self) -> Floats:

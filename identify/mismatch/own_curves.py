@@ -16,12 +16,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import cos_turns
-from plant.kernels.exponential import exp_neg, ln
+from plant.kernels.exponential import exp_neg, power
 from plant.kernels.laws import (
     BACKWARD,
     DRAG,
@@ -43,6 +44,7 @@ from plant.kernels.laws import (
     Rows,
     law,
 )
+from plant.kernels.step import FASTMATH
 
 if TYPE_CHECKING:
     from plant.machine import Machine
@@ -66,14 +68,14 @@ BIG = 30.0  # times the dry friction: forces of a spring's bend at the ends of t
 def _drag(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         ratio = max(abs(b[SPEED + j]) * p[2 * LANES + j], SLOWEST)
-        b[DRAG + j] += p[j] * exp_neg(-p[LANES + j] * ln(ratio))
+        b[DRAG + j] += p[j] * power(ratio, p[LANES + j])
 
 
 @law(TO_STEP)
 def _sides(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         ratio = max(abs(b[SPEED + j]) * p[2 * LANES + j], SLOWEST)
-        more = p[j] * exp_neg(-p[LANES + j] * ln(ratio))
+        more = p[j] * power(ratio, p[LANES + j])
         b[VISCOUS_FORWARD + j] *= 1.0 + more
         b[VISCOUS_BACKWARD + j] *= 1.0 - more
 
@@ -83,7 +85,7 @@ def _load(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
     for j in range(LANES):
         force = abs(b[TRANSMITTED + j])
         ratio = max(force * p[2 * LANES + j], SLOWEST)
-        b[LEVEL + j] += p[j] * force * exp_neg(-p[LANES + j] * ln(ratio))
+        b[LEVEL + j] += p[j] * force * power(ratio, p[LANES + j])
 
 
 @law(TO_STEP)
@@ -114,12 +116,18 @@ def _slope(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG0
         b[BACKWARD + j] *= factor
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _second(turns: float, cosine: float, sine: float) -> float:
+    """The second harmonic of a wave of so many `turns`."""
+    value: float = cosine * cos_turns(2.0 * turns) + sine * cos_turns(2.0 * turns - QUARTER)
+    return value
+
+
 @law(TO_DRIVE)
 def _ripple(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         turns = b[MOTOR_MIDDLE + j] / p[j]
-        second = p[4 * LANES + j] * cos_turns(2.0 * turns) + p[5 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
-        wave = cos_turns(turns + TURN * p[3 * LANES + j]) + second
+        wave = cos_turns(turns + TURN * p[3 * LANES + j]) + _second(turns, p[4 * LANES + j], p[5 * LANES + j])
         b[MOTOR_FORCE + j] += p[LANES + j] * wave
         b[DRIVE + j] -= p[2 * LANES + j] * wave * b[DRIVE + j]
 
@@ -128,8 +136,8 @@ def _ripple(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG
 def _lever(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         turns = b[MOTOR_MIDDLE + j] / p[LANES + j]
-        second = p[3 * LANES + j] * cos_turns(2.0 * turns) + p[4 * LANES + j] * cos_turns(2.0 * turns - QUARTER)
-        b[DRIVE + j] /= 1.0 + p[j] * (cos_turns(turns + TURN * p[2 * LANES + j]) + second)
+        wave = cos_turns(turns + TURN * p[2 * LANES + j]) + _second(turns, p[3 * LANES + j], p[4 * LANES + j])
+        b[DRIVE + j] /= 1.0 + p[j] * wave
 
 
 def _twice_as_fast(effect: Effect) -> Callable[[Floats, Machine, float], Floats]:

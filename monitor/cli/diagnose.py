@@ -27,10 +27,19 @@ def diagnose_command(
         Path | None,
         typer.Option(help="Write the finding with its evidence as one HTML page.", show_default=False),
     ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Processors to use at once; the answer does not depend on it. Default: all that are there.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Say whether the model leaves physics out: where it shows, its name and size, and what else it could be."""
     from identify.mismatch.diagnosis import diagnose
+    from identify.threads import usable_cores
     from plant.axis_file import read_axis
 
     described = read_axis(axis)
@@ -40,7 +49,7 @@ def diagnose_command(
 
         check_folder(report)
     with Working("diagnosing", silent=as_json) as progress:
-        found = diagnose(data, described, seed=seed, progress=progress.hear)
+        found = diagnose(data, described, seed=seed, progress=progress.hear, threads=threads or usable_cores())
     if report is not None:
         from monitor.report_file import write_report
 

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-COMMAND = ("-m", "monitor", "diagnose", "--axis", "axis.toml", "--json")
+COMMAND = ("-m", "monitor", "diagnose", "--axis", "axis.toml", "--threads", "1", "--json")
 RIVALS = ("-W", "ignore", "-m", "tests.blind.rivals", ".")
 POLL = 0.05  # s
 PATIENCE = 10.0  # times the limit of CPU, by the clock

@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from plant.kernels import exponential
-from plant.kernels.exponential import exp_neg, ln
+from plant.kernels.exponential import exp_neg, ln, power
 from plant.kernels.population import march
 
 Long = np.longdouble
@@ -60,6 +60,12 @@ def test_the_exponential_is_exact_at_rest_and_calm_far_away():
     assert exp_neg(1e-300) == 1.0
     assert 0.0 < exp_neg(1e300) < 1e-300
     assert 0.0 < exp_neg(np.inf) < 1e-300
+
+
+@pytest.mark.parametrize("exponent", [-1.8, -0.5, 0.0, 0.5, 4.0])
+def test_a_power_is_good_to_1e_9(exponent):
+    x = np.logspace(-3, 2, 501)
+    assert np.array([power(one, exponent) for one in x]) == pytest.approx(x**exponent, rel=1e-9)
 
 
 def test_over_the_whole_range_it_is_good_to_4e_14():
