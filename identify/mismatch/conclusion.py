@@ -56,6 +56,7 @@ from identify.mismatch.rules import (
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
+from identify.mismatch.uncatalogued import acts_in
 from identify.mismatch.wandering import ONCE
 from plant.axis import Axis
 from plant.effects import find
@@ -299,10 +300,13 @@ class Conclusion:
     def _offset_named(self) -> bool:
         """Whether a constant force earned its name.
 
-        A force alone is in the baseline too, without a name; what it is read as must predict unseen data better.
+        A force alone is in the baseline too, without a name; what it is read as must predict unseen data better. Nor
+        may more be left than it explains: what acts in part of the travel has a mean that is no constant force.
         """
         offset = self.constant
         if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
+            return False
+        if not self.selection.steps and any(one.evidence >= LEFT * offset.evidence for one in self.left):
             return False
         error = self._held_out(offset.fit)
         most = HELD_OUT if offset.effect.name == "force_offset" else 1.0
@@ -337,14 +341,20 @@ class Conclusion:
 
     def _along(self, step: Step, like: str = "") -> Structure:
         """What a step explains, as structure along its coordinate, where it acts."""
-        name, told, samples = step.guise.name, step.evidence, self.evidence.train
-        coordinate = step.guise.depends or COORDINATE.get(name, "time")
-        interval = reach(coordinate, samples, self.axis)
-        if name in SOMEWHERE:
-            values = reported(step.fit.problem, step.guise, step.fit.x).items()
-            sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values}
-            interval = named_location(name, sizes, 0.0, told.z, samples, self.axis).interval
-        return Structure(coordinate, interval, -told.bic, told.z, 0.0, like)
+        told, coordinate = step.evidence, step.guise.depends or COORDINATE.get(step.guise.name, "time")
+        return Structure(coordinate, self._where(step, coordinate), -told.bic, told.z, 0.0, like)
+
+    def _where(self, step: Step, coordinate: str) -> tuple[float, float]:
+        """Between what a step acts on its coordinate."""
+        name, samples = step.guise.name, self.evidence.train
+        reached = (0.0, 0.0) if coordinate == "frequency" else reach(coordinate, samples, self.axis)
+        if step.guise.depends is None and name not in SOMEWHERE:
+            return reached
+        values = reported(step.fit.problem, step.guise, step.fit.x)
+        if step.guise.depends is not None:
+            return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached)
+        sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values.items()}
+        return named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -43,11 +43,13 @@ class Constant:
         fit: the model with it.
         effect: its likeliest name; `force_offset` where that is as likely.
         names: that, and all names that explain at least nine tenths as much.
+        evidence: for a constant force beyond what the axis file allows. [1]
     """
 
     fit: Fit
     effect: FoundEffect
     names: tuple[str, ...]
+    evidence: float
 
 
 def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -> Constant | None:
@@ -83,7 +85,7 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     sizes = quantities(measured(best), guise)
     if guise.name == "force_offset":  # all of it, not only what is beyond the axis file
         sizes["force"] = replace(sizes["force"], value=value, ci95=(value - half, value + half))
-    return Constant(best, FoundEffect(guise.name, share, sizes, abs(value)), names)
+    return Constant(best, FoundEffect(guise.name, share, sizes, abs(value)), names, own)
 
 
 def _constant(guise: Guise) -> bool:

@@ -8,6 +8,7 @@ them: the Stribeck curves of healthy machines, which are not quite eq. (1), look
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Collection, Sequence
 
@@ -28,8 +29,10 @@ from plant.kernels.laws import (
     FORWARD,
     INVERSE_STRIBECK,
     LANES,
+    LEVEL,
     MIDDLE,
     RISE,
+    SPEED,
     STAGE_LEVEL,
     TO_DRIVE,
     TO_STAGE,
@@ -40,6 +43,11 @@ from plant.kernels.laws import (
 )
 
 TURN = 0.5 / math.pi
+TWO_PI = 2.0 * math.pi
+SIDES = (1.0, -1.0)
+WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
+HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
+SWINGS = 0.05  # of the rate of the samples: frequencies that they show well
 MOST_WAVES = 20  # of a level along the travel
 
 
@@ -158,7 +166,60 @@ FADING_TORQUE = Effect(
 )
 
 
-EFFECTS = (FRICTIONAL_LAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE)
+@law(TO_STEP)
+def _one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        half = 0.5 * p[j] * max(p[3 * LANES + j] * (b[MIDDLE + j] - p[LANES + j]), 0.0)
+        b[LEVEL + j] += half
+        b[FORCE + j] += half * p[2 * LANES + j]
+
+
+ONE_WAY_PULL = Effect(
+    name="one_way_pull",
+    parameters=(
+        Parameter("slope", "N/m", (-1e6, 1e6), absent=0.0, about="k"),
+        Parameter("begin", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("direction", "1", (-1.0, 1.0), reported=False, about="+1 while the position grows"),
+        Parameter("side", "1", (-1.0, 1.0), about="of y_0 on which it acts"),
+    ),
+    laws=(_one_way,),
+    source="a hose that is pulled out and falls in, a wiper that pushes debris",
+)
+
+
+@law(TO_STEP)
+def _swing(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        omega = TWO_PI * p[LANES + j]
+        own = -omega * (omega * x[j] + 2.0 * p[2 * LANES + j] * x[LANES + j])
+        b[FORCE + j] += p[j] * (own - x[2 * LANES + j])
+
+
+@law(AFTER)
+def _sway(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        omega, speed = TWO_PI * p[LANES + j], b[SPEED + j]
+        before = x[3 * LANES + j] if x[3 * LANES + j] == x[3 * LANES + j] else speed
+        x[2 * LANES + j], x[3 * LANES + j] = (speed - before) / h, speed
+        own = -omega * (omega * x[j] + 2.0 * p[2 * LANES + j] * x[LANES + j])
+        x[LANES + j] += h * (own - x[2 * LANES + j])
+        x[j] += h * x[LANES + j]
+
+
+SWINGING_LOAD = Effect(
+    name="swinging_load",
+    parameters=(
+        Parameter("mass", "kg", (0.0, 1e4), absent=0.0, about="m_s, of the moving mass"),
+        Parameter("frequency", "Hz", (0.1, 50.0), (1e-3, 1e4), about="f"),
+        Parameter("damping_ratio", "1", (1e-3, 1.0), (1e-9, 10.0), about="ζ"),
+    ),
+    laws=(_swing, _sway),
+    initial=(0.0, 0.0, 0.0, math.nan),
+    source="part of the mass hangs on a spring: a pendulum, a liquid, a frame that sways",
+)
+
+
+EFFECTS = (FRICTIONAL_LAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE, ONE_WAY_PULL, SWINGING_LOAD)
 
 
 def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
@@ -186,7 +247,33 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
+    begins = [share * s.travel for share in (0.0, 0.2, 0.4, 0.6, 0.8)]
+    begin = Unknown("begin", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=50.0)
+    slope = Unknown("slope", stiff, -50.0 * stiff, 50.0 * stiff)
+    for way, side in itertools.product(SIDES, SIDES):
+        starts = [s.lowest + one if side > 0.0 else s.highest - one for one in begins]
+        one_way = _tried(ONE_WAY_PULL, (slope, begin), [0.1 * stiff], starts, depends="position")
+        every.append(dataclasses.replace(one_way, fixed=(("direction", way), ("side", side))))
+    fastest = SWINGS / s.sample_time
+    hertz = np.geomspace(*HERTZ)
+    hertz = hertz[hertz < fastest]
+    if len(hertz) and s.axis.sensor.side == "load":  # beside the motor, that is what a soft transmission looks like
+        mass = Unknown("mass", 0.1 * s.mass, 0.0, 0.6 * s.mass)
+        frequency = Unknown("frequency", 1.0, 0.5 * HERTZ[0], fastest, log=True, spread=50.0)
+        damping = Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0)
+        swing = (mass, frequency, damping)
+        every.append(_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz.tolist(), [0.03], depends="frequency"))
     return [guise for guise in every if guise.name not in named]
+
+
+def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
+    """Where on its coordinate, of which the recordings `reached` so much, physics of these values acts."""
+    low, high = reached
+    if name == ONE_WAY_PULL.name:
+        return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
+    if name == SWINGING_LOAD.name:
+        return values["frequency"] / WIDTH, values["frequency"] * WIDTH
+    return reached
 
 
 def _tried(effect: Effect, unknowns: tuple[Unknown, ...], *starts: Sequence[float], depends: str) -> Guise:

@@ -35,6 +35,8 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
     "level_ripple": "dry friction that rises and falls along the travel",
     "fading_torque": "a torque constant that changes as the motor warms up",
+    "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
+    "swinging_load": "a part of the mass that swings or sways (a hanging load, a liquid, the frame)",
     "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 
