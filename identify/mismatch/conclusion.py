@@ -84,6 +84,7 @@ STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be
 BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
+AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
@@ -168,7 +169,7 @@ class Conclusion:
             return share < HELD_OUT or fairest_ratio(self._everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
-        past = fairest_ratio(self._everyday, final, self.evidence.held_out)
+        past = fairest_ratio(self._to_beat, final, self.evidence.held_out)
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
             return False
@@ -178,12 +179,12 @@ class Conclusion:
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
-        return self._held_out(fitted) / max(self._to_beat, 1e-300)
+        return self._held_out(fitted) / max(self._held_out(self._to_beat), 1e-300)
 
     @cached_property
-    def _to_beat(self) -> float:
-        """The same of the baseline, before or after a last polish, which is no effect of the names. [1]."""
-        return min(self._held_out(self._everyday), self._held_out(self._finished(self._everyday)))
+    def _to_beat(self) -> Fit:
+        """The baseline before or after a last polish, no effect of the names: what predicts unseen data better."""
+        return min(self._everyday, self._finished(self._everyday), key=self._held_out)
 
     @cached_property
     def _bare(self) -> Fit:
@@ -573,6 +574,8 @@ class Conclusion:
                 _add(sets, known, name, twin)
         if _lags_in_series(effects):
             sets.append(tuple(name for name in chosen if name != "dead_time"))
+        if _averaged(effects):
+            sets.append(tuple(name for name in chosen if name != "actuator_lag"))
         return tuple(sets)
 
     def _add_both(self, sets: list[tuple[str, ...]], one: tuple[str, str], other: tuple[str, str]) -> None:
@@ -629,8 +632,23 @@ def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:
 
     The force's mean delay and its variance are those of n equal lags where the dead time is sqrt(n) - 1 of the lag.
     """
+    ratio = _dead_time_per_lag(effects)
+    return ratio is not None and ratio <= np.sqrt(ORDERS) - 1.0
+
+
+def _averaged(effects: Sequence[FoundEffect]) -> bool:
+    """Whether a lag and a dead time may be one late command, the mean of the last while.
+
+    The force's mean delay and its variance are those of a mean where the dead time is sqrt(3) - 1 of the lag.
+    """
+    ratio = _dead_time_per_lag(effects)
+    return ratio is not None and AVERAGED[0] < ratio < AVERAGED[1]
+
+
+def _dead_time_per_lag(effects: Sequence[FoundEffect]) -> float | None:
+    """The dead time over the lag [1], where both are there."""
     size = {effect.name: effect.parameters[LATE[effect.name]].value for effect in effects if effect.name in LATE}
-    return len(size) == len(LATE) and size["dead_time"] <= (np.sqrt(ORDERS) - 1.0) * size["actuator_lag"]
+    return size["dead_time"] / size["actuator_lag"] if len(size) == len(LATE) else None
 
 
 def _taken_into_account(effect: FoundEffect) -> str:

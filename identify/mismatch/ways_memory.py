@@ -33,7 +33,7 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     if not _two_masses(s):
         return []
     unknown = Unknown("gap", 3e-4, 1e-5, 1e-2, log=True)
-    return [Guise(e, (unknown,), grid([3e-5, 1e-4, 4e-4, 1.5e-3]), stiff=True, least=NARROW)]
+    return [Guise(e, (unknown,), grid([3e-5, 1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 8e-3]), stiff=True, least=NARROW)]
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:
@@ -65,15 +65,16 @@ def _two_masses(s: Setting) -> bool:
 
 
 def dwell(e: Effect, s: Setting) -> list[Guise]:
-    """A rise of the static force, where there are rests."""
+    """A rise of the static force, where there are rests; how long the axis rested before nobody knows."""
     if s.rests < 0.1:
         return []
     unknowns = (
         Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
         Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
+        Unknown("age", 1.0, 0.0, 1.0),
         Unknown("slip", 5e-4 * s.metre, 2e-5 * s.metre, 5e-3 * s.metre, log=True, spread=0.7),
     )
-    return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [5e-4 * s.metre]))]
+    return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [0.5], [5e-4 * s.metre]))]
 
 
 def thermal(e: Effect, s: Setting) -> list[Guise]:

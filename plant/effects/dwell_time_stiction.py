@@ -1,10 +1,14 @@
 """dwell_time_stiction: F_s(t_rest) = F_s + A (1 - exp(-t_rest/τ)), gone after about a millimetre of slip.
 
-As a contact age x between 0 and 1, with F_s + A x: x' = (1 - x)/τ at rest, x' = -|v| x/d while moving. Young (0) at the
-start of a recording. Bristles never rest exactly: below REST_SPEED they count as resting.
+As a contact age x between 0 and 1, with F_s + A x: x' = (1 - x)/τ at rest, x' = -|v| x/d while moving. At the start of
+a recording it is young (0) unless `age` says that the axis had rested before. A step that ends at rest counts as rest:
+an observer's correction that friction swallows at once is no motion. Bristles never rest exactly: below REST_SPEED they
+count as resting.
 """
 
 from __future__ import annotations
+
+import math
 
 from numba import njit
 
@@ -32,17 +36,18 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         speed = abs(b[SPEED + j])
         slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
         rest = 0.5 * h / p[LANES + j] if speed < slow else 0.0
-        b[RISE + j] += p[j] * _older(x[j], rest, 0.5 * h * speed / p[2 * LANES + j])
+        age = x[j] if x[j] == x[j] else p[3 * LANES + j]
+        b[RISE + j] += p[j] * _older(age, rest, 0.5 * h * speed / p[2 * LANES + j])
 
 
 @law(AFTER)
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        last = b[SPEED + j]
-        first = 2.0 * b[VELOCITY + j] - last
-        slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
-        rested = (0.5 if abs(first) < slow else 0.0) + (0.5 if abs(last) < slow else 0.0)
-        x[j] = _older(x[j], rested * h / p[LANES + j], h * abs(b[VELOCITY + j]) / p[2 * LANES + j])
+        age = x[j] if x[j] == x[j] else p[3 * LANES + j]
+        rests = abs(b[SPEED + j]) < (REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST)
+        rested = h / p[LANES + j] if rests else 0.0
+        slipped = 0.0 if rests else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
+        x[j] = _older(age, rested, slipped)
 
 
 EFFECT = Effect(
@@ -51,8 +56,9 @@ EFFECT = Effect(
         Parameter("stiction_rise", "N", (0.0, 200.0), absent=0.0, about="A"),
         Parameter("time_constant", "s", (0.01, 100.0), (1e-3, 1e6), about="τ"),
         Parameter("slip", "m", (1e-4, 2e-3), (1e-7, 1.0), default=SLIP, reported=False, about="d"),
+        Parameter("age", "1", (0.0, 1.0), default=0.0, reported=False, about="x at the start"),
     ),
     laws=(_rise, _age),
-    initial=(0.0,),
+    initial=(math.nan,),
     source="Rabinowicz 1951; Armstrong-Hélouvry et al. 1994",
 )

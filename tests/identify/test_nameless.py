@@ -9,7 +9,7 @@ import pytest
 from identify.mismatch import conclusion, locate, sensor_errors
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
-from identify.mismatch.conclusion import Conclusion, _lags_in_series, _may_be_absent
+from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.events import _spell, slow_force
@@ -198,16 +198,27 @@ def test_an_effect_whose_size_may_be_zero_is_not_named_wherever_it_is():
     assert not _may_be_absent(defect(1.0, 5.0))
 
 
-def test_a_dead_time_shorter_than_the_lag_may_be_a_lag_of_higher_order():
-    def drive(lag, delay):
-        return [
-            FoundEffect("actuator_lag", 0.5, {"time_constant": Quantity(lag, "s", None)}, 3.0),
-            FoundEffect("dead_time", 0.5, {"delay": Quantity(delay, "s", None)}, 3.0),
-        ]
+def drive(lag, delay):
+    """A lag [s] beside a dead time [s]."""
+    return [
+        FoundEffect("actuator_lag", 0.5, {"time_constant": Quantity(lag, "s", None)}, 3.0),
+        FoundEffect("dead_time", 0.5, {"delay": Quantity(delay, "s", None)}, 3.0),
+    ]
 
+
+def test_a_dead_time_shorter_than_the_lag_may_be_a_lag_of_higher_order():
     assert _lags_in_series(drive(0.028, 0.0116))  # two of 0.02 s: mean 0.04 s, variance 2 * 0.02^2
     assert not _lags_in_series(drive(0.02, 0.02))
     assert not _lags_in_series(drive(0.028, 0.0116)[:1])
+
+
+def test_a_lag_and_a_dead_time_may_be_the_mean_of_the_last_while():
+    width = 0.04  # s: mean delay 0.02 s, variance 0.04^2 / 12
+    lag = width / np.sqrt(12.0)
+    assert _averaged(drive(lag, 0.5 * width - lag))
+    assert not _averaged(drive(lag, 3.0 * lag)), "a dead time beside a lag"
+    assert not _averaged(drive(lag, 0.2 * lag)), "lags in series"
+    assert not _averaged(drive(lag, 0.5 * width - lag)[1:])
 
 
 class Grown:
