@@ -1,5 +1,8 @@
 """Physics outside the catalogue competes with names: it takes them away, and says where to look."""
 
+import contextlib
+import tempfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,11 +17,17 @@ from identify.mismatch.guise import Setting
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
 from identify.mismatch.words import STRANGE
+from plant.axis import Axis, Drive, Mechanics, Orientation, Sensor
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.presets import paper_axis
+from plant.recording import Recording
 from plant.recording_files import read_recording_entry
 from tests.reference.cases import CaseSpec, draw_case, write_case
+from tests.second.cases import CaseSpec as SecondSpec
+from tests.second.cases import UndrawableError
+from tests.second.cases import draw_case as draw_second
+from tests.second.cases import write_case as write_second
 
 TRAIN_SEED = 5700
 
@@ -47,6 +56,64 @@ def test_another_simulators_physics_outside_the_catalogue_is_recognised(
     assert found.effects == ()
     assert found.location.coordinate == coordinate
     assert like in found.explanation
+
+
+@pytest.mark.parametrize("seed", [7001, 7004])
+def test_a_load_that_swings_is_found_with_its_frequency(seed):
+    """A pendulum below a machine of the second simulator was a ripple, a wrong mass, or a force along the torque."""
+    case = pendulum(seed)
+    truth = case.labels["outside"]["parameters"]
+    with tempfile.TemporaryDirectory() as folder:
+        axis = read_axis(write_second(case, Path(folder)))
+        found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+    assert found.verdict.value == "unexplained"
+    assert found.location.coordinate == "frequency"
+    low, high = found.location.interval
+    assert low < truth["frequency"] < high
+    assert "swings or sways" in found.explanation
+
+
+def pendulum(seed):
+    """A machine of the second simulator from which part of the load hangs."""
+    for attempt in range(30):
+        with contextlib.suppress(UndrawableError):
+            return draw_second(np.random.default_rng([seed, attempt]), SecondSpec("outside", ("pendulum",)))
+    raise AssertionError("nothing to diagnose")
+
+
+def test_what_pulls_in_one_direction_only_is_neither_a_spring_nor_friction_that_grows():
+    """Both of them together were named; what they have in common is that one of two directions feels nothing."""
+    mechanics = Mechanics(orientation=Orientation.HORIZONTAL, M=8.0, J=1e-3, Rc=0.02, force_per_torque=50.0)
+    axis = Axis("hose", mechanics, Drive(rated_force=200.0), Sensor(position_resolution=1e-6))
+    recordings = [dragging_a_hose(seed) for seed in (1, 2)]
+    found = diagnose(recordings, axis)
+    assert found.verdict.value == "unexplained"
+    assert found.location.coordinate == "position"
+    assert found.location.interval[0] == pytest.approx(0.1, abs=0.02)
+    assert "in one direction of motion only" in found.explanation
+
+
+def dragging_a_hose(seed, mass=10.5, seconds=20.0):
+    """A position loop (steps of 0.1 ms, torque held for 10 ms) that pulls out 120 N/m beyond 0.1 m."""
+    rng = np.random.default_rng(seed)
+    goals = np.repeat(rng.uniform(0.0, 0.4, 40), 60)
+    y = v = wanted = force = total = 0.0
+    rows = []
+    for k in range(round(seconds / 1e-4)):
+        if k % 100 == 0:
+            wanted += np.clip(goals[k // 100] - wanted, -0.004, 0.004)
+            total += (wanted - y) * 0.01
+            force = np.clip(900.0 * (wanted - y) + 500.0 * total - 160.0 * v, -150.0, 150.0)
+            rows.append((k * 1e-4, force, y))
+        level = 20.0 + 8.0 * np.exp(-abs(v) / 0.01) + 15.0 * abs(v) + (120.0 * max(y - 0.1, 0.0) if v > 0.0 else 0.0)
+        if v == 0.0 and abs(force) <= 28.0:
+            continue
+        way = np.sign(v) if v else np.sign(force)
+        faster = v + 1e-4 * (force - way * level) / mass
+        v = 0.0 if faster * way < 0.0 else faster
+        y += 1e-4 * v
+    t, force, y = np.array(rows).T
+    return Recording(t, force, y + 1e-6 * rng.standard_normal(len(y)), sample_time=0.01, loop="closed")
 
 
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
