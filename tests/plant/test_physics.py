@@ -8,7 +8,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from plant.axis import Axis, Mechanics, Orientation, Sensor, TorqueHold
+from plant.effects import find
+from plant.effects.effect import Surroundings
 from plant.friction import StribeckFriction
+from plant.kernels.laws import SPEED
+from plant.kernels.machine import advance_sample
+from plant.machine import Plan
 from plant.presets import paper_axis, paper_friction
 from plant.simulation import simulate
 
@@ -216,6 +221,27 @@ def test_stiction_grows_at_rest_and_is_gone_after_sliding():
     assert push(fast, 350, friction=friction, effects=dwell).position[-1] > 0.1
     slow = np.concatenate([np.zeros(60), np.full(300, 70.0)])  # 0.6 s of rest: 71.0 N
     assert push(slow, 360, friction=friction, effects=dwell).position[-1] == 0.0
+
+
+@pytest.mark.parametrize(("age", "moves"), [(0.0, True), (0.3, True), (0.5, False), (1.0, False)])
+def test_stiction_may_have_grown_before_the_recording(age, moves):
+    friction = StribeckFriction(50.0, 50.0, 0.05, 100.0)
+    dwell = {"dwell_time_stiction": {"stiction_rise": 30.0, "time_constant": 50.0, "age": age}}
+    assert bool(push(60.0, 50, friction=friction, effects=dwell).position[-1] > 0.0) is moves
+
+
+def test_a_correction_that_friction_swallows_at_once_is_a_rest():
+    """An observer moves the speed at every sample: half of every rest was missing, and the time constant halved."""
+    plan = Plan(Surroundings.of(FLAT, 0.0), (find("dwell_time_stiction"),))
+    values = np.array([[30.0], [1.0], [5e-4], [0.0]])  # rise [N], time constant [s], slip [m], age
+    blocks = plan.blocks(np.array([[50.0], [50.0], [0.05], [100.0]]), values)
+    block = blocks.b[0]
+    for k in range(200):  # 2 s
+        block[SPEED] += 1e-5
+        advance_sample(block, blocks.laws, blocks.structure, k * DT, DT, 2)
+    age = block[blocks.laws[0][3]]
+    assert block[SPEED] == 0.0
+    assert age == pytest.approx(-math.expm1(-2.0), rel=0.02)
 
 
 UP = StribeckFriction(50.0, 80.0, 0.05, 100.0)

@@ -82,7 +82,8 @@ def _fits(way, given) -> bool:
 
 
 def _scaled(way, given) -> np.ndarray:
-    values = dict(given)
+    defaults = {p.name: p.default for p in way.effect.parameters if isinstance(p.default, float)}
+    values = defaults | dict(given)
     if way.wave is not None:
         size, phase = values[way.wave[0]], values.get("phase", 0.0)
         values[way.wave[0]], values["phase"] = size * np.cos(phase), -size * np.sin(phase)
