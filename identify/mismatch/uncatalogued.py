@@ -45,6 +45,9 @@ from plant.kernels.laws import (
 TURN = 0.5 / math.pi
 TWO_PI = 2.0 * math.pi
 SIDES = (1.0, -1.0)
+SHORT = (
+    0.7  # of the travel, at most, before a pull begins: near an end, it is a stop that gives back less than it takes
+)
 WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SWINGS = 0.05  # of the rate of the samples: frequencies that they show well
@@ -247,11 +250,12 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    begins = [share * s.travel for share in (0.0, 0.2, 0.4, 0.6, 0.8)]
-    begin = Unknown("begin", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=50.0)
+    begins = [share * s.travel for share in (0.0, 0.2, 0.4, 0.6)]
     slope = Unknown("slope", stiff, -50.0 * stiff, 50.0 * stiff)
     for way, side in itertools.product(SIDES, SIDES):
         starts = [s.lowest + one if side > 0.0 else s.highest - one for one in begins]
+        ends = (s.lowest, s.lowest + SHORT * s.travel) if side > 0.0 else (s.highest - SHORT * s.travel, s.highest)
+        begin = Unknown("begin", 0.02 * s.travel, *ends, origin=s.middle, spread=50.0)
         one_way = _tried(ONE_WAY_PULL, (slope, begin), [0.1 * stiff], starts, depends="position")
         every.append(dataclasses.replace(one_way, fixed=(("direction", way), ("side", side))))
     fastest = SWINGS / s.sample_time

@@ -93,6 +93,18 @@ def test_what_pulls_in_one_direction_only_is_neither_a_spring_nor_friction_that_
     assert "in one direction of motion only" in found.explanation
 
 
+def test_a_pull_does_not_begin_where_a_stop_would():
+    """A bumper that gives back less than it takes was no end stop any more (case 45 of seed 1280000)."""
+    pulls = [guise for guise in uncatalogued(setting()) if guise.name == "one_way_pull"]
+    assert {tuple(value for _, value in guise.fixed) for guise in pulls} == {(1, 1), (1, -1), (-1, 1), (-1, -1)}
+    for guise in pulls:
+        begin = guise.unknowns[1]
+        left = 0.4 - begin.high if dict(guise.fixed)["side"] > 0 else begin.low
+        assert left == pytest.approx(0.3 * 0.4)
+        assert begin.low <= guise.starts[:, 1].min()
+        assert guise.starts[:, 1].max() <= begin.high
+
+
 def dragging_a_hose(seed, mass=10.5, seconds=20.0):
     """A position loop (steps of 0.1 ms, torque held for 10 ms) that pulls out 120 N/m beyond 0.1 m."""
     rng = np.random.default_rng(seed)
