@@ -56,7 +56,7 @@ from identify.mismatch.rules import (
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
-from identify.mismatch.uncatalogued import acts_in
+from identify.mismatch.uncatalogued import PLACED, acts_in
 from identify.mismatch.wandering import ONCE
 from plant.axis import Axis
 from plant.effects import find
@@ -349,10 +349,10 @@ class Conclusion:
         """Between what a step acts on its coordinate."""
         name, samples = step.guise.name, self.evidence.train
         reached = (0.0, 0.0) if coordinate == "frequency" else reach(coordinate, samples, self.axis)
-        if step.guise.depends is None and name not in SOMEWHERE:
+        if name not in SOMEWHERE | PLACED:
             return reached
         values = reported(step.fit.problem, step.guise, step.fit.x)
-        if step.guise.depends is not None:
+        if name in PLACED:
             return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached)
         sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values.items()}
         return named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval

@@ -223,6 +223,7 @@ SWINGING_LOAD = Effect(
 
 
 EFFECTS = (FRICTIONAL_LAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE, ONE_WAY_PULL, SWINGING_LOAD)
+PLACED = {ONE_WAY_PULL.name, SWINGING_LOAD.name}  # act in part of their coordinate
 
 
 def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
@@ -250,7 +251,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    begins = [share * s.travel for share in (0.0, 0.2, 0.4, 0.6)]
+    begins = [share * s.travel for share in (0.02, 0.2, 0.4, 0.6)]
     slope = Unknown("slope", stiff, -50.0 * stiff, 50.0 * stiff)
     for way, side in itertools.product(SIDES, SIDES):
         starts = [s.lowest + one if side > 0.0 else s.highest - one for one in begins]
@@ -271,13 +272,11 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
 
 
 def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
-    """Where on its coordinate, of which the recordings `reached` so much, physics of these values acts."""
+    """Where on its coordinate, of which the recordings `reached` so much, physics that is `PLACED` acts."""
     low, high = reached
-    if name == ONE_WAY_PULL.name:
-        return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
     if name == SWINGING_LOAD.name:
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
-    return reached
+    return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
 
 
 def _tried(effect: Effect, unknowns: tuple[Unknown, ...], *starts: Sequence[float], depends: str) -> Guise:
