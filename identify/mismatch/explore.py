@@ -70,15 +70,17 @@ def explore(
         `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
     """
     candidates = shortlist(current, guises, most)
-    looks: list[Look] = []
-    for look in side_by_side(functools.partial(_look, current), candidates):
-        progress(Doing(stage, look.guise.name, len(looks), 2 * len(candidates)))
-        looks.append(look)
+    seen = side_by_side(functools.partial(_look, current), candidates)
+    looks = []
+    for number, candidate in enumerate(candidates):
+        progress(Doing(stage, candidate.guise.name, number, 2 * len(candidates)))
+        looks.append(next(seen))
     looks.sort(key=lambda look: -look.gained)
-    steps: list[Step] = []
-    for step in _fitted(current, looks, max(PROMISING, 0.5 * needed), unseen):
-        progress(Doing(stage, step.guise.name, len(looks) + len(steps), 2 * len(looks)))
-        steps.append(step)
+    fitted = _fitted(current, looks, max(PROMISING, 0.5 * needed), unseen)
+    steps = []
+    for number, look in enumerate(looks):
+        progress(Doing(stage, look.guise.name, len(looks) + number, 2 * len(looks)))
+        steps.append(next(fitted))
     steps.sort(key=lambda step: price(step.fit))
     steps = _in_whole_turns(current, steps, unseen)
     steps = sorted(_with_own_curves(current, steps, unseen), key=lambda step: price(step.fit))
@@ -98,16 +100,20 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
     As many at once as there are threads: what turns out not to be worth it beside one of the same wave is dropped.
     """
     best, width = 0.0, allowed()
+
+    def worth_it(look: Look) -> bool:
+        return look.gained >= max(least, -LITTLE * best)
+
     for begin in range(0, len(looks), width):
         wave = looks[begin : begin + width]
-        hopeful = [look for look in wave if look.gained >= max(least, -LITTLE * best)]
+        hopeful = list(filter(worth_it, wave))
         fits = side_by_side(lambda look: fit(look.problem, look.x[None]), hopeful)
-        richer = dict(zip(map(id, hopeful), fits, strict=True))
+        richer = dict(zip(hopeful, fits, strict=True))
         for look in wave:
-            if look.gained < max(least, -LITTLE * best):
+            if not worth_it(look):
                 yield look.unfitted(current)
                 continue
-            step = _weighed(current, richer[id(look)], look.guise, unseen)
+            step = _weighed(current, richer[look], look.guise, unseen)
             best = min(best, step.evidence.bic) if step.refused is None else best
             yield step
 

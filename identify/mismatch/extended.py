@@ -25,8 +25,8 @@ from plant.machine import Blocks, Plan, drive_forces
 
 Floats = NDArray[np.float64]
 
-FEWEST_SUBSTEPS, MOST_SUBSTEPS = 2, 6  # per sample, where an effect asks for more than the baseline
-ENOUGH = 0.0015  # s: a soft transmission of 4 Hz at 250 Hz is found as well with half the sub-steps
+FEWEST, MOST = 2, 6  # sub-steps per sample, at most, where an effect asks for more than the baseline
+FINE_ENOUGH = 0.0015  # s: a soft transmission of 4 Hz at 250 Hz is found as well with half the sub-steps
 
 
 class ExtendedProblem(FrictionProblem):
@@ -54,14 +54,15 @@ class ExtendedProblem(FrictionProblem):
             scales: as for the baseline.
             first_state: as for the baseline.
             most_substeps: per sample; one-step errors forgive steps that a free run would not. None: none shorter than
-                ENOUGH, and no more than MOST_SUBSTEPS.
+                FINE_ENOUGH, and no more than MOST.
             known: centre and standard deviation of the baseline's unknowns from elsewhere. (base,) each
         """
         super().__init__(samples, axis, scales=scales, first_state=first_state)
         self.base = self.p
         self._usual = self.substeps
-        enough = max(FEWEST_SUBSTEPS, min(MOST_SUBSTEPS, math.ceil(samples.sample_time / ENOUGH)))
-        self.most_substeps = enough if most_substeps is None else most_substeps
+        if most_substeps is None:
+            most_substeps = max(FEWEST, min(MOST, math.ceil(samples.sample_time / FINE_ENOUGH)))
+        self.most_substeps = most_substeps
         self.known = known
         self.guises = tuple(sorted(guises, key=lambda guise: (guise.effect.order, guise.name)))
         self.p = self.base + sum(guise.size for guise in self.guises)

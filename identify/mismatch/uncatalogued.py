@@ -13,11 +13,12 @@ import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
+from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.ways_place import waves
 from plant.effects.effect import Effect, Parameter
-from plant.kernels.cosine import cos_turns
+from plant.kernels.cosine import TWO_PI, cos_turns
 from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import (
     AFTER,
@@ -41,16 +42,14 @@ from plant.kernels.laws import (
     Rows,
     law,
 )
+from plant.kernels.step import FASTMATH
 
 TURN = 0.5 / math.pi
-TWO_PI = 2.0 * math.pi
 SIDES = (1.0, -1.0)
-SHORT = (
-    0.7  # of the travel, at most, before a pull begins: near an end, it is a stop that gives back less than it takes
-)
+OPEN = 0.7  # of the travel, at most, before a pull begins: nearer to an end, it is a stop that gives back too little
 WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
-SWINGS = 0.05  # of the rate of the samples: frequencies that they show well
+SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 MOST_WAVES = 20  # of a level along the travel
 
 
@@ -190,21 +189,26 @@ ONE_WAY_PULL = Effect(
 )
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _own(away: float, speed: float, omega: float, damping: float) -> float:
+    """Acceleration of what swings, `away` from the axis and moving relative to it. [m/s^2]"""
+    return -omega * (omega * away + 2.0 * damping * speed)
+
+
 @law(TO_STEP)
 def _swing(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        omega = TWO_PI * p[LANES + j]
-        own = -omega * (omega * x[j] + 2.0 * p[2 * LANES + j] * x[LANES + j])
+        own = _own(x[j], x[LANES + j], TWO_PI * p[LANES + j], p[2 * LANES + j])
         b[FORCE + j] += p[j] * (own - x[2 * LANES + j])
 
 
 @law(AFTER)
 def _sway(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        omega, speed = TWO_PI * p[LANES + j], b[SPEED + j]
+        speed = b[SPEED + j]
         before = x[3 * LANES + j] if x[3 * LANES + j] == x[3 * LANES + j] else speed
         x[2 * LANES + j], x[3 * LANES + j] = (speed - before) / h, speed
-        own = -omega * (omega * x[j] + 2.0 * p[2 * LANES + j] * x[LANES + j])
+        own = _own(x[j], x[LANES + j], TWO_PI * p[LANES + j], p[2 * LANES + j])
         x[LANES + j] += h * (own - x[2 * LANES + j])
         x[j] += h * x[LANES + j]
 
@@ -251,24 +255,36 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    begins = [share * s.travel for share in (0.02, 0.2, 0.4, 0.6)]
-    slope = Unknown("slope", stiff, -50.0 * stiff, 50.0 * stiff)
-    for way, side in itertools.product(SIDES, SIDES):
-        starts = [s.lowest + one if side > 0.0 else s.highest - one for one in begins]
-        ends = (s.lowest, s.lowest + SHORT * s.travel) if side > 0.0 else (s.highest - SHORT * s.travel, s.highest)
-        begin = Unknown("begin", 0.02 * s.travel, *ends, origin=s.middle, spread=50.0)
-        one_way = _tried(ONE_WAY_PULL, (slope, begin), [0.1 * stiff], starts, depends="position")
-        every.append(dataclasses.replace(one_way, fixed=(("direction", way), ("side", side))))
-    fastest = SWINGS / s.sample_time
-    hertz = np.geomspace(*HERTZ)
-    hertz = hertz[hertz < fastest]
-    if len(hertz) and s.axis.sensor.side == "load":  # beside the motor, that is what a soft transmission looks like
-        mass = Unknown("mass", 0.1 * s.mass, 0.0, 0.6 * s.mass)
-        frequency = Unknown("frequency", 1.0, 0.5 * HERTZ[0], fastest, log=True, spread=50.0)
-        damping = Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0)
-        swing = (mass, frequency, damping)
-        every.append(_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz.tolist(), [0.03], depends="frequency"))
+    every += [*_pulls(s, stiff), *_swings(s)]
     return [guise for guise in every if guise.name not in named]
+
+
+def _pulls(s: Setting, stiff: float) -> list[Guise]:
+    """What pulls in either direction, growing from some place towards either end; `stiff` is a usual slope. [N/m]"""
+    slope = Unknown("slope", stiff, -50.0 * stiff, 50.0 * stiff)
+    found = []
+    for way, side in itertools.product(SIDES, SIDES):
+        start = s.lowest if side > 0.0 else s.highest
+        low, high = sorted((start, start + side * OPEN * s.travel))
+        begin = Unknown("begin", 0.02 * s.travel, low, high, origin=s.middle, spread=50.0)
+        begins = [start + side * share * s.travel for share in (0.02, 0.2, 0.4, 0.6)]
+        one_way = _tried(ONE_WAY_PULL, (slope, begin), [0.1 * stiff], begins, depends="position")
+        found.append(dataclasses.replace(one_way, fixed=(("direction", way), ("side", side))))
+    return found
+
+
+def _swings(s: Setting) -> list[Guise]:
+    """What swings so slowly that the samples show it; beside the motor, that is what a soft transmission looks like."""
+    fastest = SHOWN / s.sample_time
+    hertz = [hertz for hertz in np.geomspace(*HERTZ).tolist() if hertz < fastest]
+    if not hertz or s.axis.sensor.side != "load":
+        return []
+    swing = (
+        Unknown("mass", 0.1 * s.mass, 0.0, 0.6 * s.mass),
+        Unknown("frequency", 1.0, 0.5 * HERTZ[0], fastest, log=True, spread=50.0),
+        Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0),
+    )
+    return [_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz, [0.03], depends="frequency")]
 
 
 def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:

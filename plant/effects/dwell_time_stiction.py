@@ -24,8 +24,9 @@ YOUNG = 1e-30  # contact age that is as good as none: numbers too small for the 
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _older(age: float, rest: float, slipped: float) -> float:
-    """Contact age after `rest` time constants at rest and `slipped` slip lengths of motion."""
+def _older(age: float, first: float, rest: float, slipped: float) -> float:
+    """Contact age, `first` where there is none yet, after `rest` time constants at rest and `slipped` slip lengths."""
+    age = age if age == age else first
     older = (1.0 - (1.0 - age) * exp_neg(rest)) * exp_neg(slipped)
     return older if older > YOUNG else 0.0
 
@@ -36,18 +37,16 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         speed = abs(b[SPEED + j])
         slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
         rest = 0.5 * h / p[LANES + j] if speed < slow else 0.0
-        age = x[j] if x[j] == x[j] else p[3 * LANES + j]
-        b[RISE + j] += p[j] * _older(age, rest, 0.5 * h * speed / p[2 * LANES + j])
+        b[RISE + j] += p[j] * _older(x[j], p[3 * LANES + j], rest, 0.5 * h * speed / p[2 * LANES + j])
 
 
 @law(AFTER)
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        age = x[j] if x[j] == x[j] else p[3 * LANES + j]
         rests = abs(b[SPEED + j]) < (REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST)
         rested = h / p[LANES + j] if rests else 0.0
         slipped = 0.0 if rests else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
-        x[j] = _older(age, rested, slipped)
+        x[j] = _older(x[j], p[3 * LANES + j], rested, slipped)
 
 
 EFFECT = Effect(

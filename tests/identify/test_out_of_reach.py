@@ -27,6 +27,15 @@ def diagnosed(folder, seed, index):
     raise AssertionError("nothing to diagnose")
 
 
+def alone_and_as_large(case, found, name, parameter):
+    """The true size, after checking that nothing but the effect is named and that its interval holds it."""
+    true = case.labels["effects"][name][parameter]
+    assert [effect.name for effect in found.effects] == [name]
+    low, high = found.effects[0].parameters[parameter].ci95
+    assert low < true < high
+    return true
+
+
 def test_an_asymmetry_of_a_viscous_friction_that_the_fit_has_lost(tmp_path):
     """The baseline gives the whole of it to the Stribeck curve: a share of nothing has no slope, its twin has one."""
     case, _, found = diagnosed(tmp_path, 1_240_000, 68)
@@ -38,20 +47,14 @@ def test_an_asymmetry_of_a_viscous_friction_that_the_fit_has_lost(tmp_path):
 def test_a_torque_limit_far_below_what_a_loop_that_winds_up_asks_for(tmp_path):
     """A limit of a sixth of the largest command was `unexplained`: a fifth was the least that was looked for."""
     case, largest, found = diagnosed(tmp_path, 1_260_000, 5)
-    limit = case.labels["effects"]["torque_saturation"]["limit"]
-    assert [effect.name for effect in found.effects] == ["torque_saturation"]
-    low, high = found.effects[0].parameters["limit"].ci95
-    assert low < limit < high
+    limit = alone_and_as_large(case, found, "torque_saturation", "limit")
     assert limit < 0.2 * largest
 
 
 def test_an_eccentricity_of_a_joint_that_turns_a_ninth_of_a_turn(tmp_path):
     """Over so little of it, it is a factor on the torque that has a slope: without it, a wrong inertia was named."""
     case, _, found = diagnosed(tmp_path, 1_240_000, 3)
-    true = case.labels["effects"]["pulley_eccentricity"]["relative_eccentricity"]
-    assert [effect.name for effect in found.effects] == ["pulley_eccentricity"]
-    low, high = found.effects[0].parameters["relative_eccentricity"].ci95
-    assert low < true < high
+    alone_and_as_large(case, found, "pulley_eccentricity", "relative_eccentricity")
 
 
 def test_a_soft_transmission_is_among_the_starts():

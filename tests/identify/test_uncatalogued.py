@@ -1,8 +1,6 @@
 """Physics outside the catalogue competes with names: it takes them away, and says where to look."""
 
 import contextlib
-import tempfile
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -59,13 +57,12 @@ def test_another_simulators_physics_outside_the_catalogue_is_recognised(
 
 
 @pytest.mark.parametrize("seed", [7001, 7004])
-def test_a_load_that_swings_is_found_with_its_frequency(seed):
+def test_a_load_that_swings_is_found_with_its_frequency(tmp_path, seed):
     """A pendulum below a machine of the second simulator was a ripple, a wrong mass, or a force along the torque."""
     case = pendulum(seed)
     truth = case.labels["outside"]["parameters"]
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_second(case, Path(folder)))
-        found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+    axis = read_axis(write_second(case, tmp_path))
+    found = diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
     assert found.verdict.value == "unexplained"
     assert found.location.coordinate == "frequency"
     low, high = found.location.interval
