@@ -40,6 +40,7 @@ class Machine:
         against: M g + constant force. [N] (m,)
         motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
         stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
+        hardening: c of a transmission whose stiffness is k (1 + c x²), stretched by x. [1/m²] (m,)
         bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
         delay: dead time of the input. [s] (m,)
         two_masses, bristles: structure.
@@ -53,6 +54,7 @@ class Machine:
     stiffness: Floats = field(init=False)
     damping: Floats = field(init=False)
     half_gap: Floats = field(init=False)
+    hardening: Floats = field(init=False)
     bristle_stiffness: Floats = field(init=False)
     bristle_damping: Floats = field(init=False)
     delay: Floats = field(init=False)
@@ -63,7 +65,7 @@ class Machine:
         """Start rigid and without delay; effects replace these arrays, they do not write into them."""
         none = np.zeros(len(self.mass))
         none.flags.writeable = False
-        self.motor_mass = self.stiffness = self.damping = self.half_gap = none
+        self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
         self.bristle_stiffness = self.bristle_damping = self.delay = none
 
     def split(self, effect: str) -> None:
@@ -270,6 +272,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.STIFFNESS: machine.stiffness,
         row.DAMPING: machine.damping,
         row.HALF_GAP: machine.half_gap,
+        row.HARDENING: machine.hardening,
         row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
         row.BRISTLE_DAMPING: machine.bristle_damping,
     }

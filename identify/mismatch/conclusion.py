@@ -169,7 +169,7 @@ class Conclusion:
             return share < HELD_OUT or fairest_ratio(self._everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
-        past = fairest_ratio(self._to_beat, final, self.evidence.held_out)
+        past = self._past
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
             return False
@@ -180,6 +180,11 @@ class Conclusion:
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
         return self._held_out(fitted) / max(self._error_to_beat, 1e-300)
+
+    @cached_property
+    def _past(self) -> float:
+        """Errors on unseen data past the worst runs over those of what is to beat. [1]."""
+        return fairest_ratio(self._to_beat, self.final, self.evidence.held_out)
 
     @cached_property
     def _to_beat(self) -> Fit:
@@ -285,7 +290,8 @@ class Conclusion:
             return False
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
-        return self._share(self.final) < CLEARLY and own >= min(TIED_SHARE * most, most - ELSEWHERE)
+        better = self._share(self.final) < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
+        return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
     @property
     def happened(self) -> bool:

@@ -16,6 +16,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
+from identify.mismatch.rugged import climbed
 from identify.mismatch.rules import BIC, KNOWN, Step, bent_to_edge, price, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
@@ -107,7 +108,7 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
     for begin in range(0, len(looks), width):
         wave = looks[begin : begin + width]
         hopeful = list(filter(worth_it, wave))
-        fits = side_by_side(lambda look: fit(look.problem, look.x[None]), hopeful)
+        fits = side_by_side(_full, hopeful)
         richer = dict(zip(hopeful, fits, strict=True))
         for look in wave:
             if not worth_it(look):
@@ -116,6 +117,12 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
             step = _weighed(current, richer[look], look.guise, unseen)
             best = min(best, step.evidence.bic) if step.refused is None else best
             yield step
+
+
+def _full(look: Look) -> Fit:
+    """A full fit from where a first look ended."""
+    found = fit(look.problem, look.x[None])
+    return climbed(found, look.guise) if look.guise.rugged else found
 
 
 def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:

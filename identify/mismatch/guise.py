@@ -116,6 +116,7 @@ class Guise:
         fixed: parameters held at a value.
         wave: names of amplitude and phase of a periodic effect.
         stiff: True where fast states need the recordings' own rate.
+        rugged: True where the likelihood has many peaks, which a slope does not lead across.
         turn: a period must go into it a whole number of times; None where it may be anything. [m]
         swings: mass on the spring of stiffness and damping that the unknowns are; None where they are none. [kg]
         least: of the first parameter: smaller is how well clocks, data sheets and surfaces are known. [its unit]
@@ -131,6 +132,7 @@ class Guise:
     fixed: tuple[tuple[str, float], ...] = ()
     wave: tuple[str, str] | None = None
     stiff: bool = False
+    rugged: bool = False
     turn: float | None = None
     swings: float | None = None
     least: float = 0.0

@@ -61,6 +61,7 @@ STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less a
 INNER = 0.8  # of half the travel
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
 OUTER = 1.2  # of half the travel: beyond it curves bend no further
+SOFTER, HARDER = 0.3, 30.0  # times a belt's stiffness: what its peak stretch may take off, or add
 BIG = 30.0  # times the dry friction: forces of a spring's bend at the ends of the travel
 
 
@@ -238,6 +239,22 @@ def _with_second(guise: Guise, curve: Law) -> Guise:
     return dataclasses.replace(bent, effect=dataclasses.replace(bent.effect, rate=_twice_as_fast(guise.effect)))
 
 
+def _free_belt(guise: Guise, s: Setting) -> Guise:
+    """A belt whose stiffness grows with its stretch, by so many times at the stretch that the peak force gives it."""
+    effect = guise.effect
+
+    def prepare(values: Floats, machine: Machine) -> Floats:
+        rows = effect.prepare(values, machine)
+        machine.hardening = values[2] * (values[0] / s.peak) ** 2
+        return rows
+
+    harder = Parameter("harder", "1", (-math.inf, math.inf), default=0.0, reported=False)
+    bent = dataclasses.replace(effect, parameters=(*effect.parameters, harder), prepare=prepare)
+    unknowns = (*guise.unknowns, Unknown("harder", 1.0, -SOFTER, HARDER))
+    starts = np.empty((0, len(unknowns)))
+    return dataclasses.replace(guise, effect=bent, unknowns=unknowns, starts=starts, shapes=("harder",))
+
+
 FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "quadratic_drag": _free_drag,
     "viscous_asymmetry": _free_sides,
@@ -245,6 +262,7 @@ FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "rail_defect": _free_defect,
     "position_spring": _free_spring,
     "position_dependent_friction": _free_slope,
+    "transmission_compliance": _free_belt,
     "torque_ripple": _free_ripple,
     "pulley_eccentricity": _free_lever,
 }

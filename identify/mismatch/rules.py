@@ -22,7 +22,7 @@ BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
 SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
-ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and proves itself on unseen data
+ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
@@ -131,7 +131,8 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     value = float(stiffness.value(x[1:])[0])
     depth = abs(float(position.value(x[:1])[0]) - position.origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
-    if value >= SOFTEST * stiffness.low or (at_end and evidence.unseen < PROVEN):
+    sure = evidence.unseen < PROVEN or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
+    if value >= SOFTEST * stiffness.low or (at_end and sure):
         return None
     return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
 

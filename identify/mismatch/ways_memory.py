@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
-from plant.effects.effect import Effect
+from plant.effects.backlash import CONTACT_RATE
+from plant.effects.effect import Effect, Parameter
+
+if TYPE_CHECKING:
+    from plant.machine import Machine
+
+Floats = NDArray[np.float64]
 
 LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
+GIVES = 0.3  # of the gap: flanks that give more are a soft transmission
+GAPS = 30  # starts of a gap: one of another size is no start, what it does is not linear
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
 
@@ -29,11 +40,37 @@ def bristles(e: Effect, s: Setting) -> list[Guise]:
 
 
 def backlash(e: Effect, s: Setting) -> list[Guise]:
-    """A gap, where there are two masses."""
+    """A gap, where there are two masses; how fast they swing while its flanks touch is fitted beside it.
+
+    Teeth, keys and couplings give a little. How much is no finding, but a hard contact imitates nothing that is soft,
+    and leaves a spring or a delay to be named beside the gap.
+    """
     if not _two_masses(s):
         return []
-    unknown = Unknown("gap", 3e-4, 1e-5, 1e-2, log=True)
-    return [Guise(e, (unknown,), grid([3e-5, 1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 8e-3]), stiff=True, least=NARROW)]
+    unknowns = (
+        Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),
+        Unknown("contact_rate", 600.0, 100.0, CONTACT_RATE, log=True, spread=1.0),
+        Unknown("contact_damping", 0.3, 0.02, 3.0, log=True, spread=1.0),
+    )
+    starts = grid(np.geomspace(3e-5, 9e-3, GAPS).tolist(), [350.0, 600.0, 1500.0], [0.3])
+    return [Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW)]
+
+
+def soft_gap(effect: Effect, most: float) -> Effect:
+    """`effect`, a gap, with flanks that give under the force `most` [N], by a share of it; a belt takes their place."""
+
+    def prepare(values: Floats, machine: Machine) -> Floats:
+        belt = machine.stiffness != 0.0
+        effect.prepare(values, machine)
+        mass = machine.reduced_mass()
+        stiffness = np.maximum(mass * values[1] ** 2, most / (GIVES * values[0]))
+        machine.stiffness = np.where(belt, machine.stiffness, stiffness)
+        machine.damping = np.where(belt, machine.damping, 2.0 * values[2] * np.sqrt(mass * stiffness))
+        return values[:0]
+
+    names = {"contact_rate": CONTACT_RATE, "contact_damping": 1.0}
+    more = [Parameter(name, "1", (0.0, math.inf), default=value, reported=False) for name, value in names.items()]
+    return dataclasses.replace(effect, parameters=(*effect.parameters, *more), prepare=prepare)
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:

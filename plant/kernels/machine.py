@@ -39,6 +39,7 @@ from plant.kernels.laws import (
     FORWARD,
     FRICTION,
     HALF_GAP,
+    HARDENING,
     HELD,
     INVERSE_STRIBECK,
     LANES,
@@ -154,7 +155,8 @@ def _carry(b: Floats, two: bool) -> None:
             stretch = b[MOTOR_MIDDLE + j] - b[MIDDLE + j]
             pressed = stretch - min(max(stretch, -b[HALF_GAP + j]), b[HALF_GAP + j])
             damping = b[DAMPING + j] if pressed != 0.0 else 0.0
-            b[TRANSMITTED + j] = b[STIFFNESS + j] * pressed + damping * (b[MOTOR_SPEED + j] - b[SPEED + j])
+            harder = 1.0 + b[HARDENING + j] * pressed * pressed
+            b[TRANSMITTED + j] = harder * b[STIFFNESS + j] * pressed + damping * (b[MOTOR_SPEED + j] - b[SPEED + j])
     else:
         for j in range(LANES):
             b[TRANSMITTED + j] = b[DRIVE + j]
@@ -263,14 +265,16 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         motor = 2.0 * b[MOTOR_MASS + j] * inverse_h
         load = b[MASS + j] * inverse_h
         reduced = b[MOTOR_MASS + j] * b[MASS + j] / (b[MOTOR_MASS + j] + b[MASS + j])
-        # A contact that the sub-step cannot follow is softened: else it throws the sides apart.
-        softer = min(HARDEST * reduced * inverse_h * inverse_h / b[STIFFNESS + j], 1.0) if gap > 0.0 else 1.0
-        k, d = softer * b[STIFFNESS + j], math.sqrt(softer) * b[DAMPING + j]
         closing = 0.5 * ((w + b[MOTOR_AHEAD + j]) - (v + b[AHEAD + j]))
         expected = stretch + 0.5 * h * closing
         side = 1.0 if expected >= 0.0 else -1.0
-        push = k * (side * expected - gap) + d * side * closing
-        touches = 1.0 if (side * expected >= gap) and (gap == 0.0 or push >= 0.0) else 0.0  # a contact cannot pull
+        pressed = side * expected - gap
+        k = b[STIFFNESS + j] * (1.0 + b[HARDENING + j] * pressed * pressed)
+        # A contact that the sub-step cannot follow is softened: else it throws the sides apart.
+        softer = min(HARDEST * reduced * inverse_h * inverse_h / k, 1.0) if gap > 0.0 else 1.0
+        k, d = softer * k, math.sqrt(softer) * b[DAMPING + j]
+        push = k * pressed + d * side * closing
+        touches = 1.0 if pressed >= 0.0 and (gap == 0.0 or push >= 0.0) else 0.0  # a contact cannot pull
         stiffness, damping = touches * k, touches * d
         spring = stiffness * (stretch - side * gap)
         coupling = 0.5 * h * stiffness + damping
