@@ -87,12 +87,12 @@ def polish_all(
     enough: float = SMALL_GAIN,
     *,
     race: bool = False,
-    pinned: int | None = None,
+    pinned: int | slice | None = None,
 ) -> Ends:
     """Descend from each of the points x (k, size) at gains (4,) or (4, k), side by side.
 
     A point rests when an iteration gains, or a failed one promised, `enough` or less. In a `race` all stop as soon as
-    the best one rests. The unknown of index `pinned` stays what it is at each point.
+    the best one rests. Unknowns `pinned` stay what they are at each point.
     """
     gains = gain if gain.ndim == 2 else np.repeat(gain[:, None], len(x), axis=1)
     now = linearise(problem, np.clip(x, *problem.bounds), gains)
@@ -173,7 +173,7 @@ def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> 
     return shared[:, 0, 0], normal, downhill
 
 
-def _step(problem: FrictionProblem, now: Linearised, damping: Floats, pinned: int | None) -> Floats:
+def _step(problem: FrictionProblem, now: Linearised, damping: Floats, pinned: int | slice | None) -> Floats:
     """Where a damped Gauss-Newton step ends; unknowns that a bound holds back stay where they are. (k, size)"""
     low, high = problem.bounds
     free = ~(((now.x <= low) & (now.downhill < 0)) | ((now.x >= high) & (now.downhill > 0)))

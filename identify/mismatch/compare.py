@@ -18,8 +18,9 @@ from identify.latent import latent_force
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.observer import gain_table
+from identify.polish import polish_all
 from identify.preprocess import Samples
-from identify.search import SearchResult, homotopy
+from identify.search import ROUGH, SearchResult, homotopy
 from identify.uncertainty import Uncertainty, uncertainty
 
 Floats = NDArray[np.float64]
@@ -33,6 +34,8 @@ MOVES = 0.02  # of the travel within a second: less is a rest
 BLOCKS = 20  # pieces of the recording whose evidence must agree
 TAIL = 4.0  # degrees of freedom of prediction errors on unseen data
 PASSES = 20  # to their variance
+STRONG, DOUBTED = -60.0, 3.0  # evidence that is worth asking what friction was in unseen data, and their z, if less
+SETTLING = 10  # iterations
 FAVOURABLE = 2  # of them that an effect must be able to do without
 
 
@@ -153,11 +156,29 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     runs = min(both, key=math.prod)
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
-    bic, more = price - 2.0 * float(sums.sum()), 2.0 * float(foreseen.sum())
+    bic = price - 2.0 * float(sums.sum())
+    if max(bic, steady) < STRONG and block_z(foreseen) < DOUBTED:
+        one, other = (settled(fitted, unseen) for fitted in (poorer, richer))
+        foreseen = _likelihood(other, unseen, gains) - _likelihood(one, unseen, gains)
+        runs = runs[0], fairest_ratio(one, other, unseen)
+    more = 2.0 * float(foreseen.sum())
     support = more / len(unseen) * len(gained) / max(-bic, 1.0)
     again = 2.0 * _without_best(block_sums(foreseen))
     lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
     return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1])
+
+
+def settled(fitted: Fit, samples: Samples) -> Fit:
+    """`fitted` on other samples, with friction as it was then: effects stay as they are, but friction changes.
+
+    What an effect is may be told from what friction was meanwhile; that of another day, at other speeds, is another
+    friction, and no reason against the effect.
+    """
+    there = fitted.on(samples)
+    problem = there.problem
+    effects = slice(problem.base, problem.p)
+    ends = polish_all(problem, there.x[None], fitted.found.gain, SETTLING, ROUGH, pinned=effects)
+    return Fit(problem, replace(there.found, x=ends.x[0], criterion=float(ends.loss[0])))
 
 
 def _without_best(sums: Floats) -> float:

@@ -159,7 +159,8 @@ class Conclusion:
         A few runs that break away too early or too late may decide the contract's sum of squares. Past the worst of
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
         Weak evidence is worth a name only where half of the error is gone.
-        Where most of the latent force is explained, sample by sample, free runs need only be no worse.
+        Where most of the latent force is explained, sample by sample, free runs need only be no worse; past the worst
+        of them, where the fitted data alone are not overwhelming.
         """
         final = self.final
         share = self._share(final)
@@ -170,6 +171,8 @@ class Conclusion:
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
+        if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
+            return True
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
             return False
@@ -201,7 +204,11 @@ class Conclusion:
         """The model without effects: the baseline, with the shift of the clock or the exponent that is no effect."""
         if not self.selection.aside:
             return self.selection.baseline
-        return reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
+        bare = reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
+        shift = next((guise for guise in bare.problem.guises if guise.name == "dead_time"), None)
+        if shift is None or shift.oddity(bare.x[bare.problem.slot(shift)]) is not None:
+            return bare
+        return without(bare, shift)  # beside the effects it was a shift of the clocks, without them it stands for one
 
     @property
     def _everyday(self) -> Fit:
@@ -297,6 +304,14 @@ class Conclusion:
     def happened(self) -> bool:
         """Whether what is left without a name is an event in time: no other data are needed to say that."""
         return bool(self.nameless) and self.nameless[0].coordinate == "time"
+
+    @property
+    def recognised(self) -> bool:
+        """Whether physics in no catalogue explains what is left, and no effect of the catalogue would explain more."""
+        if not self.nameless or not self.nameless[0].like:
+            return False
+        names = [step for step in self.selection.opening if step.guise.depends is None]
+        return self.nameless[0].evidence >= max((-step.evidence.bic for step in names), default=0.0)
 
     @cached_property
     def torn(self) -> bool:

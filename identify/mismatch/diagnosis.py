@@ -110,7 +110,7 @@ def conclude(
     found = first if lost else more
     if found.verdict is Verdict.EXPLAINED:
         return found
-    if first.evidence.kind != "recording" or (first.nameless and first.nameless[0].like):
+    if first.evidence.kind != "recording" or first.recognised:
         return found
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):

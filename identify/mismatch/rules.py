@@ -24,6 +24,7 @@ Z_LEAST = 2.0  # what is enough where the evidence is strong even without its mo
 SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
 ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
+TINIEST = 0.002  # of it, where the effect leaves hardly any error on unseen data, and they are likelier by it
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
@@ -111,8 +112,10 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
 
 def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
     """Why a likely effect is too small or too strange to be what it is called, or None."""
-    if force < SMALLEST * fitted.dry_level:
-        return f"its force of {force:.2g} is below {SMALLEST * fitted.dry_level:.2g}"
+    sure = foretold(evidence) and evidence.unseen < PROVEN
+    least = (TINIEST if sure else SMALLEST) * fitted.dry_level
+    if force < least:
+        return f"its force of {force:.2g} is below {least:.2g}"
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)])
