@@ -171,7 +171,8 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         needed = LESSER * (price(selection.baseline) - price(before))
         current, steps = explore(before, offered, unseen, progress, needed=needed)
         _improve(selection, current)
-        aside = (None if selection.shift else clock_shift(steps)) or other_curve(steps)
+        late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
+        aside = (None if late else clock_shift(steps)) or other_curve(steps)
         if aside is not None:
             selection.chosen = aside.fit
             continue
