@@ -34,7 +34,7 @@ MOVES = 0.02  # of the travel within a second: less is a rest
 BLOCKS = 20  # pieces of the recording whose evidence must agree
 TAIL = 4.0  # degrees of freedom of prediction errors on unseen data
 PASSES = 20  # to their variance
-STRONG, DOUBTED = -60.0, 3.0  # evidence that is worth asking what friction was in unseen data, and their z, if less
+STRONG, DOUBTED = -60.0, 60.0  # evidence that is worth asking what friction was in unseen data, where theirs is less
 SETTLING = 10  # iterations
 FAVOURABLE = 2  # of them that an effect must be able to do without
 
@@ -157,7 +157,7 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
     bic = price - 2.0 * float(sums.sum())
-    if max(bic, steady) < STRONG and block_z(foreseen) < DOUBTED:
+    if max(bic, steady) < STRONG and 2.0 * float(foreseen.sum()) < DOUBTED:
         one, other = (settled(fitted, unseen) for fitted in (poorer, richer))
         foreseen = _likelihood(other, unseen, gains) - _likelihood(one, unseen, gains)
         runs = runs[0], fairest_ratio(one, other, unseen)
