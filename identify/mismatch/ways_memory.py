@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
-from plant.effects.backlash import CONTACT_RATE
+from plant.effects.backlash import CONTACT_DAMPING_RATIO, CONTACT_RATE
 from plant.effects.effect import Effect, Parameter
 
 if TYPE_CHECKING:
@@ -68,9 +68,10 @@ def soft_gap(effect: Effect, most: float) -> Effect:
         machine.damping = np.where(belt, machine.damping, 2.0 * values[2] * np.sqrt(mass * stiffness))
         return values[:0]
 
-    names = {"contact_rate": CONTACT_RATE, "contact_damping": 1.0}
-    more = [Parameter(name, "1", (0.0, math.inf), default=value, reported=False) for name, value in names.items()]
-    return dataclasses.replace(effect, parameters=(*effect.parameters, *more), prepare=prepare)
+    any_size = (0.0, math.inf)
+    rate = Parameter("contact_rate", "rad/s", any_size, default=CONTACT_RATE, reported=False)
+    damping = Parameter("contact_damping", "1", any_size, default=CONTACT_DAMPING_RATIO, reported=False)
+    return dataclasses.replace(effect, parameters=(*effect.parameters, rate, damping), prepare=prepare)
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:

@@ -72,12 +72,10 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
     chosen = SimpleNamespace(latent_force=1.0, names=("rail_defect",))
     fake = SimpleNamespace(
         final=chosen, _share=lambda one: share, _evidence=evidence, _gained=told, plain=plain, _everyday=plain,
-        _bare=plain, _to_beat=plain, _past=share, selection=SimpleNamespace(baseline=plain, chosen=chosen),
+        _bare=plain, _past=share, selection=SimpleNamespace(baseline=plain, chosen=chosen),
         evidence=SimpleNamespace(held_out=None),
     )  # fmt: skip
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(conclusion, "fairest_ratio", lambda *_: share)
-        assert conclusion.Conclusion.pays(fake) is pays
+    assert conclusion.Conclusion.pays(fake) is pays
 
 
 @pytest.mark.parametrize(("interval", "unknown"), [((-20.9, 24.7), True), ((-1.0, 4.8), False), ((0.5, 3.3), False)])

@@ -359,7 +359,7 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))
     bare = SimpleNamespace(latent_force=4.0, dry_level=10.0)
     return SimpleNamespace(
-        final=fit, plain=bare, _bare=bare, _everyday=bare, _to_beat=bare, own=1.0, blind=True, left=[], _odder=False,
+        final=fit, plain=bare, _bare=bare, _everyday=bare, own=1.0, blind=True, left=[], _odder=False,
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
         _held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past,
