@@ -9,10 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.preprocess import Samples, prepare
 from plant.axis import Axis
 from plant.recording import Recording
+
+Floats = NDArray[np.float64]
 
 HELD_OUT = 0.4  # of the last recording, where there is no second one of the same state
 TURNED = "fitted to the last recording and judged by those before it: the other way round, nothing was named"
@@ -103,3 +106,35 @@ def join(parts: Sequence[Samples]) -> Samples:
         valid=np.concatenate([part.valid for part in parts]),
         removed=tuple(dict.fromkeys(line for part in parts for line in part.removed)),
     )
+
+
+def begins(samples: Samples) -> NDArray[np.int64]:
+    """Where each of several joined recordings begins: there its clock goes back. (recordings,)"""
+    return np.concatenate([[0], np.flatnonzero(np.diff(samples.t) < 0.0) + 1])
+
+
+def following(evidence: Evidence, number: int) -> tuple[Evidence, float]:
+    """The evidence of recordings that follow each other, on the clock of the fitted one of this `number`.
+
+    Returns:
+        the evidence, and how long that recording lasts. [s]
+    """
+    train, held_out = evidence.train, evidence.held_out
+    first = evidence.judges is Judges.OTHERS  # what judges came before what is fitted
+    parts = [*_parts(held_out), *_parts(train)] if first else [*_parts(train), *_parts(held_out)]
+    own = number + (len(begins(held_out)) if first else 0)
+    ends = np.cumsum([float(part.max()) + evidence.train.sample_time for part in parts])
+    starts = np.concatenate([[0.0], ends[:-1]]) - (ends[own - 1] if own else 0.0)
+    shifted = [part + start for part, start in zip(parts, starts, strict=True)]
+    count = len(begins(held_out)) if first else len(begins(train))
+    before, after = np.concatenate(shifted[:count]), np.concatenate(shifted[count:])
+    ours, theirs = (after, before) if first else (before, after)
+    moved = dataclasses.replace(
+        evidence, train=dataclasses.replace(train, t=ours), held_out=dataclasses.replace(held_out, t=theirs)
+    )
+    return moved, float(parts[own].max())
+
+
+def _parts(samples: Samples) -> list[Floats]:
+    """The clock of each of several joined recordings. [s]"""
+    return np.split(samples.t, begins(samples)[1:])

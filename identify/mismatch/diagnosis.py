@@ -17,6 +17,7 @@ from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import curve
 from identify.mismatch.data import Evidence, Judges, digest, gather
 from identify.mismatch.guise import Guise, Setting
+from identify.mismatch.once import happened_once
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.report_values import Measured, measured
 from identify.mismatch.residual import RESTING, setting_of
@@ -115,7 +116,9 @@ def conclude(
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):
         return found
-    return turned if turned.holds_beside(first) else told_twice(first, turned) or found
+    if turned.holds_beside(first):
+        return turned
+    return told_twice(first, turned) or happened_once(first) or happened_once(turned) or found
 
 
 def _selected(

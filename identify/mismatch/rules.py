@@ -38,6 +38,7 @@ OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free r
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
+LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs
 SPOILED = 1.5  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
@@ -181,6 +182,11 @@ def agreed(evidence: Comparison) -> bool:
     return evidence.steady < BIC_STRONG and (evidence.z >= Z_LEAST or evidence.again > FORESEEN)
 
 
+def everywhere(evidence: Comparison) -> float:
+    """Evidence of fitted data, and of unseen ones that are for it. [1]."""
+    return -evidence.bic + max(evidence.foreseen, 0.0)
+
+
 def told_elsewhere(evidence: Comparison) -> bool:
     """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little."""
     return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
@@ -259,7 +265,7 @@ def best_of(steps: list[Step]) -> Step | None:
     left = best.evidence.unseen
     for step in steps:
         stranger = step.refused == NO_NAME
-        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC
+        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not _outdone(step, best)
         foretells = stranger and step.evidence.unseen < left and _everywhere(step) < _everywhere(best) - TIED_BIC
         truer = left > PROVEN or (stranger and step.evidence.unseen < TRUER * left)
         if (likelier or foretells) and truer:
@@ -267,6 +273,13 @@ def best_of(steps: list[Step]) -> Step | None:
         if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
+
+
+def _outdone(stranger: Step, best: Step) -> bool:
+    """Whether physics in no catalogue is only a little likelier than a name that unseen data prefer in every way."""
+    told, ours = stranger.evidence, best.evidence
+    little = told.bic > (1.0 + LEAD) * ours.bic
+    return stranger.refused == NO_NAME and little and told.unseen > ours.unseen and told.foreseen < ours.foreseen
 
 
 def _everywhere(step: Step) -> float:

@@ -10,7 +10,7 @@ from identify.mismatch.nameless import gain_of_one
 from identify.mismatch.probes import View
 
 MOMENTS = 24  # at which one more step is tried
-MORE = 0.1  # of the named change's evidence: if another step has this much, friction wanders
+MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another step has this much, friction wanders
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
@@ -23,7 +23,7 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     Args:
         fitted: the model with the change.
         name: of the effect; those that do not happen in time never wander.
-        evidence: for the change, > 0. [1]
+        evidence: of fitted and of unseen data for the change, > 0. [1]
     """
     if name not in ONCE:
         return None

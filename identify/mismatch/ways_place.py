@@ -10,6 +10,7 @@ from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
 LONGEST = 1.5  # of the travel: a turn of the motor whose ripple shows on it
+PARTS = (2, 3, 4, 6, 8, 12)  # poles, phases, slots of a motor: how often its ripple comes in a turn
 PART = 10.0  # travels: of a longer turn of the pulley so little is seen that its eccentricity is a factor on the torque
 
 
@@ -63,7 +64,7 @@ def ripple(e: Effect, s: Setting) -> list[Guise]:
     mechanics = s.axis.mechanics
     turn = 2.0 * math.pi * mechanics.Rm
     whole = [turn] if 1e-3 * s.travel < turn < LONGEST * s.travel else []
-    periods = whole + [p for p in (turn / 2, turn / 3, turn / 6, *s.periods) if 1e-3 * s.travel < p < s.travel]
+    periods = whole + [p for p in (*(turn / n for n in PARTS), *s.periods) if 1e-3 * s.travel < p < s.travel]
     if not periods:
         return []
     known = None if mechanics.Rm == 1.0 and not s.axis.is_rotary else turn  # an axis file may leave the radius out

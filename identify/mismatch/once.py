@@ -1,0 +1,82 @@
+"""A step that came once, in one of several recordings that follow each other, and is there in all after it.
+
+An effect is as old as its recording otherwise, and begins anew with each: a warm-up does, a jam does not.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.mismatch.compare import Fit, fit
+from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.data import Evidence, Judges, begins, following
+from identify.mismatch.guise import Guise
+from identify.mismatch.residual import setting_of
+from identify.mismatch.rules import TIED_BIC, cost
+from identify.mismatch.select import Selection, select
+from identify.mismatch.wandering import EDGE
+from identify.mismatch.ways import guises
+from plant.effects import find
+
+Floats = NDArray[np.float64]
+
+STEP = "step_change"
+FOLLOW = "recordings taken to follow each other: the step in recording {} is there in all after it"
+
+
+def happened_once(found: Conclusion) -> Conclusion | None:
+    """The conclusion that friction stepped in one of the fitted recordings, where that stands; or None."""
+    for number in range(len(begins(found.evidence.train))):
+        told = _stepped(found, number)
+        if told is not None:
+            return told
+    return None
+
+
+def _stepped(found: Conclusion, number: int) -> Conclusion | None:
+    """The conclusion that friction stepped in the fitted recording of this `number`, or None."""
+    evidence, length = following(found.evidence, number)
+    before = found.selection.baseline
+    baseline = dataclasses.replace(before, problem=before.problem.on(evidence.train, before.problem.first_state))
+    setting = setting_of(baseline.problem, baseline.x, found.setting.native_time)
+    selection = select(baseline, guises({STEP: find(STEP)}, setting), evidence.held_out, found.progress)
+    if not selection.steps:
+        return None
+    step, fitted = selection.steps[0], selection.chosen
+    moment = _value(fitted, step.guise, "time")
+    if not EDGE * length < moment < (1.0 - EDGE) * length:
+        return None
+    likelier = [one for one in found.selection.opening if one.refused is None or one.misplaced]
+    others = [cost(one.fit) for one in likelier] + [cost(one) for one in _between(fitted, step.guise, evidence)]
+    if min(others, default=np.inf) < cost(fitted) + TIED_BIC:
+        return None
+    which = number + 1 + (0 if evidence.judges is not Judges.OTHERS else len(begins(evidence.held_out)))
+    evidence = dataclasses.replace(evidence, removed=(*evidence.removed, FOLLOW.format(which)))
+    told = dataclasses.replace(
+        found, evidence=evidence, setting=setting, selection=selection, plain=selection.baseline, told_twice=False
+    )
+    return told if told.explains else None
+
+
+def _between(fitted: Fit, guise: Guise, evidence: Evidence) -> list[Fit]:
+    """The model with the step between two recordings instead: friction of another day is no event."""
+    index = [unknown.parameter for unknown in guise.unknowns].index("time")
+    left = tuple(unknown for unknown in guise.unknowns if unknown.parameter != "time")
+    x = np.delete(fitted.x, fitted.problem.slot(guise).start + index)
+    found = []
+    for moment in evidence.train.t[begins(evidence.train)[1:]]:
+        fixed = dataclasses.replace(
+            guise, unknowns=left, starts=guise.starts[:1, :1], fixed=(*guise.fixed, ("time", float(moment) - 1e-3))
+        )
+        found.append(fit(fitted.problem.including((fixed,)), x[None]))
+    return found
+
+
+def _value(fitted: Fit, guise: Guise, parameter: str) -> float:
+    """What a model says of a parameter of its `guise`, in its unit."""
+    index = [unknown.parameter for unknown in guise.unknowns].index(parameter)
+    at = fitted.problem.slot(guise).start + index
+    return float(guise.unknowns[index].value(fitted.x[at : at + 1])[0])
