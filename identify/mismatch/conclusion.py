@@ -25,6 +25,7 @@ from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
+from identify.mismatch.nameless import SMALLEST as FELT
 from identify.mismatch.nameless import Structure
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
@@ -35,6 +36,7 @@ from identify.mismatch.rules import (
     BIC_STRONG,
     CLEAN,
     FORESEEN,
+    HALF,
     HELD_OUT,
     LATE,
     NO_NAME,
@@ -144,6 +146,8 @@ class Conclusion:
         steps, rivals = self.selection.steps, self.selection.rivals
         suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
+        if steps:  # what is so little may be how the shape of what was named differs
+            found = [s for s in found if s.force <= 0.0 or s.force >= FELT * chosen.dry_level]
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
         strange = self._strange([step for step in beside if _strong(step)])
         return sorted([*found, *strange], key=lambda one: -one.evidence)
@@ -527,12 +531,16 @@ class Conclusion:
         that is found.
         """
         guise = self.final.problem.guise(effect.name)
-        if guise.oddity(self.final.x[self.final.problem.slot(guise)]) is not None or at_edge(self.final, guise):
+        sure = self._share(self.final) < PROVEN and foretold(self._gained) and effect.name not in LATE
+        x = self.final.x[self.final.problem.slot(guise)]
+        if guise.oddity(x, HALF if sure else 1.0) is not None or at_edge(self.final, guise):
             return False
         if not _may_be_absent(effect):
             return True
         if _unknown(effect):
             return False
+        if effect.name in ONCE and foretold(self._gained) and self._share(self.final) < CONFIRMED:
+            return True
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False
         return self._share(self.final) < PROVEN or foretold(self.selection.steps[0].evidence)

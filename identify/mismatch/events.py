@@ -11,13 +11,13 @@ from identify.mismatch.compare import Fit, block_z
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import (
-    AGREED,
     EVIDENCE,
     HELD_OUT,
     SMALLEST,
     Structure,
     gained,
     gains_of_pairs,
+    large_enough,
     likelier,
     net_force,
 )
@@ -27,7 +27,7 @@ from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
 
-TONES = (0.3, 10.0)  # Hz
+TONES = (0.3, 25.0)  # Hz
 SHORT = 0.5  # s, windows of time
 EVENT = 16.0  # evidence that each window of an event must bring on average: friction that wanders brings less
 STANDS_OUT = 4.0  # times the usual evidence of a window
@@ -57,9 +57,8 @@ def tone(here: View, there: View) -> Structure | None:
     force = net_force(here, waves @ shape.weights)
     seen = there.responses(_waves(there.fit.problem.samples, tones[[top]]))
     z = block_z(gained(there, seen @ shape_of(there, seen).weights))
-    if force < SMALLEST * here.fit.dry_level or z < AGREED:
-        return None
-    return Structure("frequency", (float(tones[top] - step), float(tones[top] + step)), evidence, z, force)
+    found = Structure("frequency", (float(tones[top] - step), float(tones[top] + step)), evidence, z, force)
+    return found if large_enough(found, here.fit.dry_level) else None
 
 
 def _waves(samples: Samples, tones: Floats) -> Floats:

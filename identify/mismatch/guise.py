@@ -190,11 +190,11 @@ class Guise:
         period = dataclasses.replace(self.unknowns[0], unit=self.turn / times, spread=OFF_WHOLE)
         return dataclasses.replace(self, unknowns=(period, *self.unknowns[1:]))
 
-    def oddity(self, z: Floats) -> str | None:
-        """Why unknowns z (q,) of a good fit cannot be this effect after all, or None."""
-        first = float(self.unknowns[0].value(z[:1])[0])
-        if abs(first) < self.least:
-            return f"its size of {first:.2g} is below {self.least:.2g}: {NO_FINDING}"
+    def oddity(self, z: Floats, share: float = 1.0) -> str | None:
+        """Why unknowns z (q,) of a good fit, if at least a `share` of `least`, cannot be this effect, or None."""
+        first, least = float(self.unknowns[0].value(z[:1])[0]), share * self.least
+        if abs(first) < least:
+            return f"its size of {first:.2g} is below {least:.2g}: {NO_FINDING}"
         if first < 0.0 and self.effect.parameters[0].plausible[0] == 0.0 == self.effect.parameters[0].absent:
             return f"its size of {first:.2g} is negative, which is no {self.name.replace('_', ' ')}"
         if self.allows is not None:

@@ -18,6 +18,8 @@ HELD_OUT = 25.0  # of the same, that the shape must gain on data it has not seen
 AGREED = 2.5  # z of the blocks of those data
 MOST = 1.0 - 1e-9  # of the errors that may be taken out
 SMALLEST = 0.03  # of the dry friction, rms past what friction itself can take: its own curve is known no better
+LOCAL = 0.003  # of the same along the travel, and of a tone: friction's own curve knows no places and no frequency ...
+SURE = 4.0  # ... where the blocks agree so well
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,3 +91,10 @@ def gains_of_pairs(view: View, forces: Floats) -> Floats:
     usable = determinant > 1e-9 * np.maximum(a * c, 1e-300)
     gained = c * along[:, 0] ** 2 - 2 * b * along[:, 0] * along[:, 1] + a * along[:, 1] ** 2
     return np.where(usable, gained / np.where(usable, determinant, 1.0), 0.0) / view.variance
+
+
+def large_enough(found: Structure, dry_level: float) -> bool:
+    """Whether a structure is sure, and more than how imperfectly the friction curve is known at this level [N]."""
+    if found.coordinate in {"position", "frequency"} and found.z >= SURE:
+        return found.force >= LOCAL * dry_level
+    return found.z >= AGREED and found.force >= SMALLEST * dry_level

@@ -16,7 +16,7 @@ from identify.mismatch.data import Evidence, Judges, begins, following
 from identify.mismatch.guise import Guise
 from identify.mismatch.residual import setting_of
 from identify.mismatch.rules import TIED_BIC, cost
-from identify.mismatch.select import Selection, select
+from identify.mismatch.select import select
 from identify.mismatch.wandering import EDGE
 from identify.mismatch.ways import guises
 from plant.effects import find

@@ -25,6 +25,7 @@ SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalog
 ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 TINIEST = 0.002  # of it, where the effect leaves hardly any error on unseen data, and they are likelier by it
+HALF = 0.5  # of the smallest size that is a finding: enough for such an effect
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
 NO_WORSE = 1.015  # is enough where the evidence is strong: of a small effect in much noise, free runs see nothing
 HELD_OUT = 1.02  # on unseen data it must not rise above this share
@@ -39,6 +40,7 @@ SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
 LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs
+FAR, FAR_TRUER = 1.25, 0.5  # with so many times its evidence, it need leave only so little
 SPOILED = 1.5  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
@@ -119,7 +121,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
         return f"its force of {force:.2g} is below {least:.2g}"
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
-    own = guise.oddity(fitted.x[fitted.problem.slot(guise)])
+    own = guise.oddity(fitted.x[fitted.problem.slot(guise)], HALF if sure and guise.name not in LATE else 1.0)
     odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
@@ -183,8 +185,8 @@ def agreed(evidence: Comparison) -> bool:
 
 
 def everywhere(evidence: Comparison) -> float:
-    """Evidence of fitted data, and of unseen ones that are for it. [1]."""
-    return -evidence.bic + max(evidence.foreseen, 0.0)
+    """Evidence of fitted data, and of unseen ones where they are clearly for it. [1]."""
+    return -evidence.bic + (evidence.foreseen if foretold(evidence) else 0.0)
 
 
 def told_elsewhere(evidence: Comparison) -> bool:
@@ -267,10 +269,12 @@ def best_of(steps: list[Step]) -> Step | None:
         stranger = step.refused == NO_NAME
         likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not _outdone(step, best)
         foretells = stranger and step.evidence.unseen < left and _everywhere(step) < _everywhere(best) - TIED_BIC
-        truer = left > PROVEN or (stranger and step.evidence.unseen < TRUER * left)
+        far = step.evidence.bic < FAR * best.evidence.bic and step.evidence.foreseen > best.evidence.foreseen
+        truer = left > PROVEN or (stranger and step.evidence.unseen < (FAR_TRUER if far else TRUER) * left)
         if (likelier or foretells) and truer:
             return None
-        if step.refused is not None and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
+        spoiled = step.refused is not None and step.guise.name != CURVE  # how friction bends comes beside anything
+        if spoiled and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
 

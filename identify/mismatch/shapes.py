@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import block_z
 from identify.mismatch.locate import coordinates
-from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, SMALLEST, Structure, net_force
+from identify.mismatch.nameless import EVIDENCE, HELD_OUT, Structure, large_enough, net_force
 from identify.mismatch.probes import Outlook, Shape, View, shape_of
 
 Floats = NDArray[np.float64]
@@ -32,15 +32,17 @@ class Probe:
 
 
 def along_coordinates(here: View, there: View) -> Iterator[Probe]:
-    """Shapes along every coordinate: pushing one way (even), and against the motion (odd)."""
+    """Shapes along every coordinate: pushing one way (even), and against the motion (odd), the faster the more."""
     axis = here.fit.problem.axis
     ours, theirs = (coordinates(view.foreseen(), axis) for view in (here, there))
     signs = ours["direction"][:, None], theirs["direction"][:, None]
+    fastest = max(float(np.abs(ours["velocity"]).max()), 1e-300)
+    speeds = ours["velocity"][:, None] / fastest, theirs["velocity"][:, None] / fastest
     one = np.ones((1, 1)), np.ones((1, 1))
     both, odd, even = (one, signs), (signs,), (one,)
     plans = {
-        "position": (FINEST, False, both), "velocity": (COARSE, False, both), "acceleration": (COARSE, True, even),
-        "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
+        "position": (FINEST, False, (*both, speeds)), "velocity": (COARSE, False, both),
+        "acceleration": (COARSE, True, even), "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
         "time_since_reversal": (COARSE, True, odd), "distance_since_reversal": (COARSE, True, odd),
     }  # fmt: skip
     for name, (count, crowded, kinds) in plans.items():
@@ -79,9 +81,9 @@ def judged(outlook: Outlook, probe: Probe) -> Structure | None:
     force = net_force(here, probe.here @ shape.weights)
     gain = outlook.gained(there.responses(probe.there) @ shape.weights)
     z = block_z(gain)
-    if force < SMALLEST * here.fit.dry_level or float(gain.sum()) < HELD_OUT or z < AGREED:
-        return None
-    return Structure(probe.coordinate, _where(probe, shape), evidence, z, force)
+    found = Structure(probe.coordinate, _where(probe, shape), evidence, z, force)
+    enough = float(gain.sum()) >= HELD_OUT and large_enough(found, here.fit.dry_level)
+    return found if enough else None
 
 
 def _where(probe: Probe, shape: Shape) -> tuple[float, float]:

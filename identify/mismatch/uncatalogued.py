@@ -39,6 +39,8 @@ from plant.kernels.laws import (
     TO_STAGE,
     TO_STEP,
     VELOCITY,
+    VISCOUS_BACKWARD,
+    VISCOUS_FORWARD,
     Rows,
     law,
 )
@@ -50,6 +52,7 @@ OPEN = 0.7  # of the travel, at most, before a pull begins: nearer to an end, it
 WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
+PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
 MOST_WAVES = 20  # of a level along the travel
 
 
@@ -226,7 +229,93 @@ SWINGING_LOAD = Effect(
 )
 
 
-EFFECTS = (FRICTIONAL_LAG, CREEPING_SPRING, CABLE, LEVEL_RIPPLE, FADING_TORQUE, ONE_WAY_PULL, SWINGING_LOAD)
+@law(TO_STEP)
+def _pull_past_play(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        place = b[MIDDLE + j]
+        held = x[j] if x[j] == x[j] else place
+        held = min(max(held, place - p[2 * LANES + j]), place + p[2 * LANES + j])
+        b[FORCE + j] += p[j] * (held - p[LANES + j])
+
+
+@law(AFTER)
+def _drag_play(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        place = b[MIDDLE + j]
+        held = x[j] if x[j] == x[j] else place
+        x[j] = min(max(held, place - p[2 * LANES + j]), place + p[2 * LANES + j])
+
+
+SPRING_WITH_PLAY = Effect(
+    name="spring_with_play",
+    parameters=(
+        Parameter("stiffness", "N/m", (-2000.0, 2000.0), absent=0.0, about="k"),
+        Parameter("rest_position", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("half_play", "m", (1e-4, 1.0), (0.0, 1e6), absent=0.0, about="w"),
+    ),
+    laws=(_pull_past_play, _drag_play),
+    initial=(math.nan,),
+    source="a spring behind a free travel (play operator): cable chains, counterbalances on worn pins",
+)
+
+
+@law(TO_STEP)
+def _thicken(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = b[MIDDLE + j] - p[LANES + j]
+        more = p[j] * away * away
+        b[VISCOUS_FORWARD + j] += more
+        b[VISCOUS_BACKWARD + j] += more
+
+
+VISCOUS_ALONG = Effect(
+    name="viscous_along",
+    parameters=(
+        Parameter("coefficient", "N*s/m^3", (-1e5, 1e5), (-1e12, 1e12), absent=0.0, about="c"),
+        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+    ),
+    laws=(_thicken,),
+    source="viscous friction that changes along the guide: grease that has been pushed to its ends, a bent rail",
+)
+
+
+@law(AFTER)
+def _follow_slowly(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        speed = abs(b[VELOCITY + j])
+        x[j] = speed + (x[j] - speed) * exp_neg(h / p[LANES + j])
+
+
+@law(TO_STEP)
+def _remember(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[LEVEL + j] += p[j] * x[j]
+
+
+FILM = Effect(
+    name="film_memory",
+    parameters=(
+        Parameter("per_speed", "N*s/m", (-1e4, 1e4), (-1e9, 1e9), absent=0.0, about="c"),
+        Parameter("time_constant", "s", (0.1, 100.0), (1e-6, 1e6), about="τ"),
+    ),
+    laws=(_remember, _follow_slowly),
+    initial=(0.0,),
+    source="dry friction that depends on how fast the axis has run lately: a film that is built up, heat",
+)
+
+
+EFFECTS = (
+    FRICTIONAL_LAG,
+    CREEPING_SPRING,
+    CABLE,
+    LEVEL_RIPPLE,
+    FADING_TORQUE,
+    ONE_WAY_PULL,
+    SWINGING_LOAD,
+    SPRING_WITH_PLAY,
+    VISCOUS_ALONG,
+    FILM,
+)
 PLACED = {ONE_WAY_PULL.name, SWINGING_LOAD.name}  # act in part of their coordinate
 
 
@@ -255,8 +344,41 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    every += [*_pulls(s, stiff), *_swings(s)]
+    every += [_plays(s, stiff), _along_travel(s), _remembers(s), *_pulls(s, stiff), *_swings(s)]
     return [guise for guise in every if guise.name not in named]
+
+
+def _plays(s: Setting, stiff: float) -> Guise:
+    """A spring behind a free travel; `stiff` is a usual slope. [N/m]"""
+    unknowns = (
+        Unknown("stiffness", 0.3 * stiff, -30.0 * stiff, 30.0 * stiff),
+        Unknown("rest_position", s.travel, s.middle - 20 * s.travel, s.middle + 20 * s.travel, origin=s.middle),
+        Unknown("half_play", 0.05 * s.travel, PLAY[0] * s.travel, PLAY[1] * s.travel, log=True, spread=1.5),
+    )
+    plays = [share * s.travel for share in (0.02, 0.06, 0.15)]
+    return _tried(SPRING_WITH_PLAY, unknowns, [0.03 * stiff], [s.middle], plays, depends="position")
+
+
+def _along_travel(s: Setting) -> Guise:
+    """Viscous friction that grows with the square of the distance from some place."""
+    unit = 0.3 * s.force / s.speed / s.travel**2
+    unknowns = (
+        Unknown("coefficient", unit, -100.0 * unit, 100.0 * unit),
+        Unknown("centre", 0.2 * s.travel, s.lowest - s.travel, s.highest + s.travel, origin=s.middle),
+    )
+    places = [s.middle + share * s.travel for share in (-1.0, -0.3, 0.0, 0.3, 1.0)]
+    return _tried(VISCOUS_ALONG, unknowns, [0.1 * unit], places, depends="position")
+
+
+def _remembers(s: Setting) -> Guise:
+    """Dry friction that depends on how fast the axis has run lately."""
+    unit = 0.1 * s.force / s.speed
+    unknowns = (
+        Unknown("per_speed", unit, -20.0 * unit, 20.0 * unit),
+        Unknown("time_constant", 3.0, 0.1, 2.0 * s.duration, log=True, spread=2.0),
+    )
+    times = [0.2, 0.6, 2.0, 6.0, 20.0]
+    return _tried(FILM, unknowns, [0.1 * unit], [t for t in times if t < s.duration], depends="velocity")
 
 
 def _pulls(s: Setting, stiff: float) -> list[Guise]:

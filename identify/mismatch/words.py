@@ -37,6 +37,9 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "fading_torque": "a torque constant that changes as the motor warms up",
     "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
     "swinging_load": "a part of the mass that swings or sways (a hanging load, a liquid, the frame)",
+    "spring_with_play": "a spring behind a free travel (a cable chain, a worn pin)",
+    "viscous_along": "viscous friction that changes along the travel (grease that was pushed to its ends)",
+    "film_memory": "dry friction that remembers how fast the axis has run (a film that builds up, heat)",
     "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 

@@ -29,6 +29,7 @@ ROTARY_UNITS = {
     "N/m": "N*m/rad",
     "N*s/m": "N*m*s/rad",
     "N*s^2/m^2": "N*m*s^2/rad^2",
+    "N*s/m^3": "N*m*s/rad^3",
     "kg": "kg*m^2",
 }
 
