@@ -15,12 +15,11 @@ from identify.mismatch.guise import Setting
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
 from identify.mismatch.words import STRANGE
-from plant.axis import Axis, Drive, Mechanics, Orientation, Sensor
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.presets import paper_axis
-from plant.recording import Recording
 from plant.recording_files import read_recording_entry
+from tests.identify.small_machine import AXIS, STEP, driven, dry
 from tests.reference.cases import CaseSpec, draw_case, write_case
 from tests.second.cases import CaseSpec as SecondSpec
 from tests.second.cases import UndrawableError
@@ -80,10 +79,7 @@ def pendulum(seed):
 
 def test_what_pulls_in_one_direction_only_is_neither_a_spring_nor_friction_that_grows():
     """Both of them together were named; what they have in common is that one of two directions feels nothing."""
-    mechanics = Mechanics(orientation=Orientation.HORIZONTAL, M=8.0, J=1e-3, Rc=0.02, force_per_torque=50.0)
-    axis = Axis("hose", mechanics, Drive(rated_force=200.0), Sensor(position_resolution=1e-6))
-    recordings = [dragging_a_hose(seed) for seed in (1, 2)]
-    found = diagnose(recordings, axis)
+    found = diagnose([driven(seed, hose) for seed in (1, 2)], AXIS)
     assert found.verdict.value == "unexplained"
     assert found.location.coordinate == "position"
     assert found.location.interval[0] == pytest.approx(0.1, abs=0.02)
@@ -102,27 +98,52 @@ def test_a_pull_does_not_begin_where_a_stop_would():
         assert guise.starts[:, 1].max() <= begin.high
 
 
-def dragging_a_hose(seed, mass=10.5, seconds=20.0):
-    """A position loop (steps of 0.1 ms, torque held for 10 ms) that pulls out 120 N/m beyond 0.1 m."""
-    rng = np.random.default_rng(seed)
-    goals = np.repeat(rng.uniform(0.0, 0.4, 40), 60)
-    y = v = wanted = force = total = 0.0
-    rows = []
-    for k in range(round(seconds / 1e-4)):
-        if k % 100 == 0:
-            wanted += np.clip(goals[k // 100] - wanted, -0.004, 0.004)
-            total += (wanted - y) * 0.01
-            force = np.clip(900.0 * (wanted - y) + 500.0 * total - 160.0 * v, -150.0, 150.0)
-            rows.append((k * 1e-4, force, y))
-        level = 20.0 + 8.0 * np.exp(-abs(v) / 0.01) + 15.0 * abs(v) + (120.0 * max(y - 0.1, 0.0) if v > 0.0 else 0.0)
-        if v == 0.0 and abs(force) <= 28.0:
-            continue
-        way = np.sign(v) if v else np.sign(force)
-        faster = v + 1e-4 * (force - way * level) / mass
-        v = 0.0 if faster * way < 0.0 else faster
-        y += 1e-4 * v
-    t, force, y = np.array(rows).T
-    return Recording(t, force, y + 1e-6 * rng.standard_normal(len(y)), sample_time=0.01, loop="closed")
+def hose(_, y, v):
+    """120 N/m beyond 0.1 m, on the way up."""
+    return dry(v) + (120.0 * max(y - 0.1, 0.0) if v > 0.0 else 0.0), 0.0
+
+
+class Chain:
+    """A spring of 60 N/m that hangs behind a free travel of 60 mm."""
+
+    def __init__(self):
+        self.held = 0.2
+
+    def __call__(self, _, y, v):
+        self.held = min(max(self.held, y - 0.03), y + 0.03)
+        return dry(v), 60.0 * (self.held - 0.2)
+
+
+class Film:
+    """Dry friction that a second of motion at 0.4 m/s takes 3 N from."""
+
+    def __init__(self):
+        self.lately = 0.0
+
+    def __call__(self, _, y, v):
+        self.lately += STEP * (abs(v) - self.lately) / 1.5
+        return dry(v, 20.0 - 20.0 * self.lately), 0.0
+
+
+def grease(_, y, v):
+    """Viscous friction that doubles and more towards the far end."""
+    return dry(v) + 160.0 * y**2 * abs(v), 0.0
+
+
+@pytest.mark.parametrize(
+    ("physics", "coordinates", "like"),
+    [
+        (Chain, {"position"}, "behind a free travel"),
+        (Film, {"velocity"}, "remembers how fast"),
+        (lambda: grease, {"position"}, "changes along the travel"),
+    ],
+)
+def test_what_remembers_or_changes_along_the_travel_is_recognised(physics, coordinates, like):
+    """A spring behind a play was a spring; the others were nothing at all."""
+    found = diagnose([driven(seed, physics()) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate in coordinates
+    assert like in found.explanation
 
 
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
