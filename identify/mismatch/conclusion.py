@@ -52,6 +52,7 @@ from identify.mismatch.rules import (
     cost,
     decided,
     foretold,
+    overwhelming,
     price,
     tied,
 )
@@ -176,6 +177,8 @@ class Conclusion:
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
         if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
+            return True
+        if overwhelming(self._gained) and self._gained.lacking < MUCH and past < WORTH:
             return True
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):

@@ -133,6 +133,7 @@ def effect_force(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[flo
     found = effect_series(problem, x, guise)
     if found is None:
         return float("inf"), float("inf")
-    square = found[1] ** 2
-    acting = float(np.sqrt(np.sum(square**2) / max(float(np.sum(square)), 1e-300)))
-    return float(np.sqrt(np.mean(square))), acting
+    with np.errstate(all="ignore"):
+        square = found[1] ** 2
+        acting = float(np.sqrt(np.sum(square**2) / max(float(np.sum(square)), 1e-300)))
+        return float(np.sqrt(np.mean(square))), acting

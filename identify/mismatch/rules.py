@@ -164,8 +164,12 @@ def decided(evidence: Comparison) -> bool:
 
     A light axis with much friction breaks away a little early or late, whatever the model: its free runs err by that.
     """
-    overwhelming = evidence.steady < OVERWHELMING and evidence.again > -OVERWHELMING
-    return overwhelming and evidence.z > Z and foretold(evidence) and evidence.lacking < SOLVED
+    return overwhelming(evidence) and evidence.z > Z and evidence.lacking < SOLVED
+
+
+def overwhelming(evidence: Comparison) -> bool:
+    """True where fitted and unseen data, without the best blocks of either, are far likelier, and agree on it."""
+    return evidence.steady < OVERWHELMING and evidence.again > -OVERWHELMING and foretold(evidence)
 
 
 def agreed(evidence: Comparison) -> bool:

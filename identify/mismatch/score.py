@@ -102,7 +102,8 @@ def _lead(
         unit = starts[:, amplitude]
         limits = np.stack([low[amplitude] / unit, high[amplitude] / unit])
         stretch = np.clip(stretch, limits.min(axis=0), limits.max(axis=0))
-    gains = np.where(usable, (2.0 * along * stretch - stretch**2 * left) / variance, -np.inf)
+    with np.errstate(all="ignore"):
+        gains = np.where(usable, (2.0 * along * stretch - stretch**2 * left) / variance, -np.inf)
     best = int(np.argmax(gains))
     start = starts[best].copy()
     if amplitude is not None:

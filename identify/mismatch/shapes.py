@@ -32,17 +32,15 @@ class Probe:
 
 
 def along_coordinates(here: View, there: View) -> Iterator[Probe]:
-    """Shapes along every coordinate: pushing one way (even), and against the motion (odd), the faster the more."""
+    """Shapes along every coordinate: pushing one way (even), and against the motion (odd)."""
     axis = here.fit.problem.axis
     ours, theirs = (coordinates(view.foreseen(), axis) for view in (here, there))
     signs = ours["direction"][:, None], theirs["direction"][:, None]
-    fastest = max(float(np.abs(ours["velocity"]).max()), 1e-300)
-    speeds = ours["velocity"][:, None] / fastest, theirs["velocity"][:, None] / fastest
     one = np.ones((1, 1)), np.ones((1, 1))
     both, odd, even = (one, signs), (signs,), (one,)
     plans = {
-        "position": (FINEST, False, (*both, speeds)), "velocity": (COARSE, False, both),
-        "acceleration": (COARSE, True, even), "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
+        "position": (FINEST, False, both), "velocity": (COARSE, False, both), "acceleration": (COARSE, True, even),
+        "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
         "time_since_reversal": (COARSE, True, odd), "distance_since_reversal": (COARSE, True, odd),
     }  # fmt: skip
     for name, (count, crowded, kinds) in plans.items():
