@@ -8,11 +8,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import Evidence, Judges, begins, following
+from identify.mismatch.data import Judges, begins, following
 from identify.mismatch.guise import Guise
 from identify.mismatch.residual import setting_of
 from identify.mismatch.rules import TIED_BIC, cost
@@ -20,8 +19,6 @@ from identify.mismatch.select import select
 from identify.mismatch.wandering import EDGE
 from identify.mismatch.ways import guises
 from plant.effects import find
-
-Floats = NDArray[np.float64]
 
 STEP = "step_change"
 FOLLOW = "recordings taken to follow each other: the step in recording {} is there in all after it"
@@ -50,10 +47,11 @@ def _stepped(found: Conclusion, number: int) -> Conclusion | None:
     if not EDGE * length < moment < (1.0 - EDGE) * length:
         return None
     likelier = [one for one in found.selection.opening if one.refused is None or one.misplaced]
-    others = [cost(one.fit) for one in likelier] + [cost(one) for one in _between(fitted, step.guise, evidence)]
+    between = evidence.train.t[begins(found.evidence.train)[1:]]
+    others = [cost(one.fit) for one in likelier] + [cost(_at(fitted, step.guise, float(t))) for t in between]
     if min(others, default=np.inf) < cost(fitted) + TIED_BIC:
         return None
-    which = number + 1 + (0 if evidence.judges is not Judges.OTHERS else len(begins(evidence.held_out)))
+    which = number + 1 + (0 if evidence.judges is not Judges.OTHERS else len(begins(found.evidence.held_out)))
     evidence = dataclasses.replace(evidence, removed=(*evidence.removed, FOLLOW.format(which)))
     told = dataclasses.replace(
         found, evidence=evidence, setting=setting, selection=selection, plain=selection.baseline, told_twice=False
@@ -61,18 +59,14 @@ def _stepped(found: Conclusion, number: int) -> Conclusion | None:
     return told if told.explains else None
 
 
-def _between(fitted: Fit, guise: Guise, evidence: Evidence) -> list[Fit]:
-    """The model with the step between two recordings instead: friction of another day is no event."""
+def _at(fitted: Fit, guise: Guise, moment: float) -> Fit:
+    """The model with the step where a recording begins [s] instead: friction of another day is no event."""
     index = [unknown.parameter for unknown in guise.unknowns].index("time")
     left = tuple(unknown for unknown in guise.unknowns if unknown.parameter != "time")
+    fixed = (*guise.fixed, ("time", moment - fitted.problem.samples.sample_time))
+    pinned = dataclasses.replace(guise, unknowns=left, starts=np.delete(guise.starts, index, axis=1), fixed=fixed)
     x = np.delete(fitted.x, fitted.problem.slot(guise).start + index)
-    found = []
-    for moment in evidence.train.t[begins(evidence.train)[1:]]:
-        fixed = dataclasses.replace(
-            guise, unknowns=left, starts=guise.starts[:1, :1], fixed=(*guise.fixed, ("time", float(moment) - 1e-3))
-        )
-        found.append(fit(fitted.problem.including((fixed,)), x[None]))
-    return found
+    return fit(fitted.problem.including((pinned,)), x[None])
 
 
 def _value(fitted: Fit, guise: Guise, parameter: str) -> float:

@@ -279,26 +279,19 @@ VISCOUS_ALONG = Effect(
 )
 
 
-@law(AFTER)
-def _follow_slowly(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        speed = abs(b[VELOCITY + j])
-        x[j] = speed + (x[j] - speed) * exp_neg(h / p[LANES + j])
-
-
 @law(TO_STEP)
 def _remember(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        b[LEVEL + j] += p[j] * x[j]
+        b[LEVEL + j] += p[LANES + j] * x[j]
 
 
 FILM = Effect(
     name="film_memory",
     parameters=(
-        Parameter("per_speed", "N*s/m", (-1e4, 1e4), (-1e9, 1e9), absent=0.0, about="c"),
         Parameter("time_constant", "s", (0.1, 100.0), (1e-6, 1e6), about="τ"),
+        Parameter("per_speed", "N*s/m", (-1e4, 1e4), (-1e9, 1e9), absent=0.0, about="c"),
     ),
-    laws=(_remember, _follow_slowly),
+    laws=(_remember, _follow_speed),
     initial=(0.0,),
     source="dry friction that depends on how fast the axis has run lately: a film that is built up, heat",
 )
@@ -374,11 +367,11 @@ def _remembers(s: Setting) -> Guise:
     """Dry friction that depends on how fast the axis has run lately."""
     unit = 0.1 * s.force / s.speed
     unknowns = (
-        Unknown("per_speed", unit, -20.0 * unit, 20.0 * unit),
         Unknown("time_constant", 3.0, 0.1, 2.0 * s.duration, log=True, spread=2.0),
+        Unknown("per_speed", unit, -20.0 * unit, 20.0 * unit),
     )
-    times = [0.2, 0.6, 2.0, 6.0, 20.0]
-    return _tried(FILM, unknowns, [0.1 * unit], [t for t in times if t < s.duration], depends="velocity")
+    times = [t for t in (0.2, 0.6, 2.0, 6.0, 20.0) if t < s.duration]
+    return _tried(FILM, unknowns, times, [0.1 * unit], depends="velocity")
 
 
 def _pulls(s: Setting, stiff: float) -> list[Guise]:
