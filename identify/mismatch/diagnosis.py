@@ -17,7 +17,7 @@ from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import curve
 from identify.mismatch.data import Evidence, Judges, digest, gather
 from identify.mismatch.guise import Guise, Setting
-from identify.mismatch.once import happened_once
+from identify.mismatch.once import STEP, happened_once
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.report_values import Measured, measured
 from identify.mismatch.residual import RESTING, setting_of
@@ -107,18 +107,22 @@ def conclude(
     if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
         return first
     more = judged_by(Judges.PART) if first.torn and not first.happened else first
-    lost = isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and first.verdict is Verdict.UNEXPLAINED)
-    found = first if lost else more
-    if found.verdict is Verdict.EXPLAINED:
+    if isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and first.verdict is Verdict.UNEXPLAINED):
+        found = first
+    else:
+        found = more
+    explained, several = found.verdict is Verdict.EXPLAINED, first.evidence.kind == "recording"
+    if explained and not (several and [step.guise.name for step in found.selection.steps] == [STEP]):
         return found
-    if first.evidence.kind != "recording" or first.recognised:
+    if not several or first.recognised:
         return found
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):
         return found
-    if turned.holds_beside(first):
+    if not explained and turned.holds_beside(first):
         return turned
-    return told_twice(first, turned) or happened_once(first) or happened_once(turned) or found
+    twice = None if explained else told_twice(first, turned)
+    return twice or happened_once(first) or happened_once(turned) or found
 
 
 def _selected(
