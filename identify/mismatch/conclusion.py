@@ -542,7 +542,7 @@ class Conclusion:
             return True
         if _unknown(effect):
             return False
-        if effect.name in ONCE and foretold(self._gained) and self._share(self.final) < CONFIRMED:
+        if effect.name in ONCE and self._share(self.final) < CONFIRMED and foretold(self._gained):
             return True
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False

@@ -308,19 +308,26 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
     bounds = np.array([-5.0]), np.array([5.0])
     problem = SimpleNamespace(guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=bounds)
 
-    def there(error):
+    def there(error, left=0.5):
         effect = FoundEffect(
             "inertia_error", 0.5, {"mass_error": Quantity(error, "kg", (error - 0.1, error + 0.1))}, 1.0
         )
-        return Conclusion._there(SimpleNamespace(final=SimpleNamespace(problem=problem, x=np.array([error]))), effect)
+        final = SimpleNamespace(problem=problem, x=np.array([error]))
+        gained = Comparison(-650.0, 11.4, -536.0, 0.3, left, 2492.0, 12.7)
+        return Conclusion._there(SimpleNamespace(final=final, _share=lambda _: left, _gained=gained), effect)
 
     assert there(0.4)
     assert not there(0.2)
+    assert there(0.2, left=0.09), "unseen data are predicted ten times better by it"
+    assert not there(0.14, left=0.09)
     assert not there(5.0), "the last polish took it to its bound"
 
 
-@pytest.mark.parametrize(("interval", "named"), [((-5.4, 0.4), False), ((-4.0, -1.0), True)])
-def test_what_happens_once_is_not_foretold_by_another_recording(interval, named):
+@pytest.mark.parametrize(
+    ("interval", "left", "named"),
+    [((-5.4, 0.4), 0.72, False), ((-4.0, -1.0), 0.72, True), ((-5.4, 0.4), 0.14, True)],
+)
+def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left, named):
     """Friction that wandered stepped by -2.5 N, give or take 2.9, within 337 s of 39 s; another recording agreed."""
     moment = find("step_change")
     guise = Guise(moment, (Unknown("step", 1.0, -9.0, 9.0),), np.array([[0.5]]), (("time", 9.0), ("static_share", 1.0)))
@@ -329,7 +336,7 @@ def test_what_happens_once_is_not_foretold_by_another_recording(interval, named)
     )
     told = Comparison(-2118.0, 1.9, -1005.0, 0.78, 0.73, 2085.0, 3.4)
     fake = SimpleNamespace(
-        final=SimpleNamespace(problem=problem, x=np.array([-2.5])), _share=lambda _: 0.72,
+        final=SimpleNamespace(problem=problem, x=np.array([-2.5])), _share=lambda _: left, _gained=told,
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
     )  # fmt: skip
     effect = FoundEffect("step_change", 0.5, {"step": Quantity(-2.5, "N", interval)}, 1.0)
