@@ -79,6 +79,7 @@ CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the l
 # more of it in all runs must at least make unseen data likelier, sample by sample
 MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need not agree
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
+OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
@@ -147,11 +148,20 @@ class Conclusion:
         steps, rivals = self.selection.steps, self.selection.rivals
         suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
-        if steps:  # what is so little may be how the shape of what was named differs
-            found = [s for s in found if s.force <= 0.0 or s.force >= FELT * chosen.dry_level]
+        found = [s for s in found if self._felt(s)]
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
         strange = self._strange([step for step in beside if _strong(step)])
         return sorted([*found, *strange], key=lambda one: -one.evidence)
+
+    def _felt(self, found: Structure) -> bool:
+        """Whether a shape is large enough to be told, or stands out though it is small.
+
+        Beside names, what is small may be how their shapes differ; a small tone may be what anything else would be.
+        """
+        if found.force <= 0.0 or found.force >= FELT * self.selection.chosen.dry_level:
+            return True
+        most = max((-step.evidence.bic for step in self.selection.opening), default=0.0)
+        return not self.selection.steps and (found.coordinate != "frequency" or found.evidence > OUT * most)
 
     @property
     def blind(self) -> bool:

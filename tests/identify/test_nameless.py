@@ -14,6 +14,7 @@ from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.events import _spell, slow_force
 from identify.mismatch.guise import Guise, Setting, Unknown
+from identify.mismatch.nameless import Structure
 from identify.mismatch.probes import outlooks
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
@@ -359,6 +360,24 @@ def test_what_may_be_absent_is_not_foretold_beside_another_effect(others, named)
     )  # fmt: skip
     effect = FoundEffect("quadratic_drag", 0.5, {"coefficient": Quantity(106.0, "N*s^2/m^2", (-6.0, 218.0))}, 1.0)
     assert Conclusion._there(fake, effect) is named
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "force", "evidence", "named", "told"),
+    [
+        ("frequency", 0.15, 1935.0, False, False),  # a wrong mass had 1835: friction that wanders, not a tone
+        ("frequency", 0.15, 8056.0, False, True),
+        ("frequency", 0.35, 1935.0, False, True),
+        ("position", 0.08, 623.0, False, True),
+        ("position", 0.08, 9000.0, True, False),
+        ("time", 0.0, 100.0, True, True),
+    ],
+)
+def test_what_is_small_is_told_where_it_stands_out(coordinate, force, evidence, named, told):
+    step = SimpleNamespace(evidence=SimpleNamespace(bic=-1835.0))
+    selection = SimpleNamespace(chosen=SimpleNamespace(dry_level=10.0), opening=[step], steps=[step] if named else [])
+    found = Structure(coordinate, (0.0, 1.0), evidence, 7.6, force)
+    assert Conclusion._felt(SimpleNamespace(selection=selection), found) is told
 
 
 def weighed(share, foreseen_z, latent_force, past=0.3):
