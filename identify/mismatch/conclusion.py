@@ -36,7 +36,6 @@ from identify.mismatch.rules import (
     BIC_STRONG,
     CLEAN,
     FORESEEN,
-    HALF,
     HELD_OUT,
     LATE,
     NO_NAME,
@@ -51,6 +50,7 @@ from identify.mismatch.rules import (
     beyond,
     cost,
     decided,
+    finding,
     foretold,
     overwhelming,
     price,
@@ -544,19 +544,19 @@ class Conclusion:
         that is found.
         """
         guise = self.final.problem.guise(effect.name)
-        sure = self._share(self.final) < PROVEN and foretold(self._gained) and effect.name not in LATE
-        x = self.final.x[self.final.problem.slot(guise)]
-        if guise.oddity(x, HALF if sure else 1.0) is not None or at_edge(self.final, guise):
+        x, share = self.final.x[self.final.problem.slot(guise)], self._share(self.final)
+        least = finding(effect.name, proven=share < PROVEN and foretold(self._gained))
+        if guise.oddity(x, least) is not None or at_edge(self.final, guise):
             return False
         if not _may_be_absent(effect):
             return True
         if _unknown(effect):
             return False
-        if effect.name in ONCE and self._share(self.final) < CONFIRMED and foretold(self._gained):
+        if effect.name in ONCE and share < CONFIRMED and foretold(self._gained):
             return True
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False
-        return self._share(self.final) < PROVEN or foretold(self.selection.steps[0].evidence)
+        return share < PROVEN or foretold(self.selection.steps[0].evidence)
 
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""

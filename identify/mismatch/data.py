@@ -15,8 +15,6 @@ from identify.preprocess import Samples, prepare
 from plant.axis import Axis
 from plant.recording import Recording
 
-Floats = NDArray[np.float64]
-
 HELD_OUT = 0.4  # of the last recording, where there is no second one of the same state
 TURNED = "fitted to the last recording and judged by those before it: the other way round, nothing was named"
 
@@ -113,28 +111,25 @@ def begins(samples: Samples) -> NDArray[np.int64]:
     return np.concatenate([[0], np.flatnonzero(np.diff(samples.t) < 0.0) + 1])
 
 
-def following(evidence: Evidence, number: int) -> tuple[Evidence, float]:
+def following(evidence: Evidence, number: int) -> tuple[Evidence, int, float]:
     """The evidence of recordings that follow each other, on the clock of the fitted one of this `number`.
 
     Returns:
-        the evidence, and how long that recording lasts. [s]
+        the evidence, the place of that recording among all, and how long it lasts. [s]
     """
-    train, held_out = evidence.train, evidence.held_out
-    first = evidence.judges is Judges.OTHERS  # what judges came before what is fitted
-    parts = [*_parts(held_out), *_parts(train)] if first else [*_parts(train), *_parts(held_out)]
-    own = number + (len(begins(held_out)) if first else 0)
-    ends = np.cumsum([float(part.max()) + evidence.train.sample_time for part in parts])
-    starts = np.concatenate([[0.0], ends[:-1]]) - (ends[own - 1] if own else 0.0)
-    shifted = [part + start for part, start in zip(parts, starts, strict=True)]
-    count = len(begins(held_out)) if first else len(begins(train))
-    before, after = np.concatenate(shifted[:count]), np.concatenate(shifted[count:])
-    ours, theirs = (after, before) if first else (before, after)
-    moved = dataclasses.replace(
-        evidence, train=dataclasses.replace(train, t=ours), held_out=dataclasses.replace(held_out, t=theirs)
+    turned = evidence.judges is Judges.OTHERS  # what judges came before what is fitted
+    earlier, later = (
+        np.split(samples.t, begins(samples)[1:])
+        for samples in ((evidence.held_out, evidence.train) if turned else (evidence.train, evidence.held_out))
     )
-    return moved, float(parts[own].max())
-
-
-def _parts(samples: Samples) -> list[Floats]:
-    """The clock of each of several joined recordings. [s]"""
-    return np.split(samples.t, begins(samples)[1:])
+    clocks, own = [*earlier, *later], number + (len(earlier) if turned else 0)
+    starts = np.cumsum([0.0, *(clock.max() + evidence.train.sample_time for clock in clocks)])
+    carried = [clock + (start - starts[own]) for clock, start in zip(clocks, starts, strict=False)]
+    before, after = (np.concatenate(part) for part in (carried[: len(earlier)], carried[len(earlier) :]))
+    ours, theirs = (after, before) if turned else (before, after)
+    moved = dataclasses.replace(
+        evidence,
+        train=dataclasses.replace(evidence.train, t=ours),
+        held_out=dataclasses.replace(evidence.held_out, t=theirs),
+    )
+    return moved, own, float(clocks[own].max())

@@ -17,7 +17,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed
-from identify.mismatch.rules import BIC, KNOWN, Step, bent_to_edge, everywhere, price, refusal
+from identify.mismatch.rules import BIC, KNOWN, Step, all_told, bent_to_edge, price, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
@@ -277,7 +277,7 @@ def _weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
     """What the richer model's `guise` is worth on top of `current`."""
     force, acting = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
-    refused = refusal(richer, guise, evidence, acting) or wanders(richer, guise.name, everywhere(evidence))
+    refused = refusal(richer, guise, evidence, acting) or wanders(richer, guise.name, all_told(evidence))
     return Step(richer, guise, evidence, force, refused, acting)
 
 
@@ -305,7 +305,7 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
         return step
     evidence = compare(poorer, step.fit, unseen)
     refused = refusal(step.fit, step.guise, evidence, step.acting)
-    return replace(step, evidence=evidence, refused=refused or wanders(step.fit, step.guise.name, everywhere(evidence)))
+    return replace(step, evidence=evidence, refused=refused or wanders(step.fit, step.guise.name, all_told(evidence)))
 
 
 def _first_look(

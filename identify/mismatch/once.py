@@ -11,12 +11,11 @@ import numpy as np
 
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import Judges, begins, following
+from identify.mismatch.data import begins, following
 from identify.mismatch.guise import Guise
-from identify.mismatch.residual import setting_of
 from identify.mismatch.rules import TIED_BIC, cost
 from identify.mismatch.select import select
-from identify.mismatch.wandering import EDGE
+from identify.mismatch.wandering import EDGE, moment_of
 from identify.mismatch.ways import guises
 from plant.effects import find
 
@@ -35,24 +34,22 @@ def happened_once(found: Conclusion) -> Conclusion | None:
 
 def _stepped(found: Conclusion, number: int) -> Conclusion | None:
     """The conclusion that friction stepped in the fitted recording of this `number`, or None."""
-    evidence, length = following(found.evidence, number)
+    evidence, place, length = following(found.evidence, number)
     before = found.selection.baseline
     baseline = dataclasses.replace(before, problem=before.problem.on(evidence.train, before.problem.first_state))
-    setting = setting_of(baseline.problem, baseline.x, found.setting.native_time)
+    setting = dataclasses.replace(found.setting, duration=float(evidence.train.t.max()))
     selection = select(baseline, guises({STEP: find(STEP)}, setting), evidence.held_out, found.progress)
     if not selection.steps:
         return None
-    step, fitted = selection.steps[0], selection.chosen
-    moment = _value(fitted, step.guise, "time")
-    if not EDGE * length < moment < (1.0 - EDGE) * length:
+    guise, fitted = selection.steps[0].guise, selection.chosen
+    if not EDGE * length < moment_of(fitted) < (1.0 - EDGE) * length:
         return None
     likelier = [one for one in found.selection.opening if one.refused is None or one.misplaced]
     between = evidence.train.t[begins(found.evidence.train)[1:]]
-    others = [cost(one.fit) for one in likelier] + [cost(_at(fitted, step.guise, float(t))) for t in between]
+    others = [cost(one.fit) for one in likelier] + [cost(_at(fitted, guise, float(t))) for t in between]
     if min(others, default=np.inf) < cost(fitted) + TIED_BIC:
         return None
-    which = number + 1 + (0 if evidence.judges is not Judges.OTHERS else len(begins(found.evidence.held_out)))
-    evidence = dataclasses.replace(evidence, removed=(*evidence.removed, FOLLOW.format(which)))
+    evidence = dataclasses.replace(evidence, removed=(*evidence.removed, FOLLOW.format(place + 1)))
     told = dataclasses.replace(
         found, evidence=evidence, setting=setting, selection=selection, plain=selection.baseline, told_twice=False
     )
@@ -67,10 +64,3 @@ def _at(fitted: Fit, guise: Guise, moment: float) -> Fit:
     pinned = dataclasses.replace(guise, unknowns=left, starts=np.delete(guise.starts, index, axis=1), fixed=fixed)
     x = np.delete(fitted.x, fitted.problem.slot(guise).start + index)
     return fit(fitted.problem.including((pinned,)), x[None])
-
-
-def _value(fitted: Fit, guise: Guise, parameter: str) -> float:
-    """What a model says of a parameter of its `guise`, in its unit."""
-    index = [unknown.parameter for unknown in guise.unknowns].index(parameter)
-    at = fitted.problem.slot(guise).start + index
-    return float(guise.unknowns[index].value(fitted.x[at : at + 1])[0])

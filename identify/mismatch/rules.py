@@ -121,11 +121,16 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
         return f"its force of {force:.2g} is below {least:.2g}"
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
-    own = guise.oddity(fitted.x[fitted.problem.slot(guise)], HALF if sure and guise.name not in LATE else 1.0)
+    own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure))
     odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return "a parameter ended on its bound"
     return odd
+
+
+def finding(name: str, *, proven: bool) -> float:
+    """Share of the smallest size that is a finding which this effect needs, `proven` by unseen data or not. [1]"""
+    return HALF if proven and name not in LATE else 1.0
 
 
 def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
@@ -188,7 +193,7 @@ def agreed(evidence: Comparison) -> bool:
     return evidence.steady < BIC_STRONG and (evidence.z >= Z_LEAST or evidence.again > FORESEEN)
 
 
-def everywhere(evidence: Comparison) -> float:
+def all_told(evidence: Comparison) -> float:
     """Evidence of fitted data, and of unseen ones where they are clearly for it. [1]."""
     return -evidence.bic + (evidence.foreseen if foretold(evidence) else 0.0)
 
@@ -277,8 +282,8 @@ def best_of(steps: list[Step]) -> Step | None:
         truer = left > PROVEN or (stranger and step.evidence.unseen < (FAR_TRUER if far else TRUER) * left)
         if (likelier or foretells) and truer:
             return None
-        spoiled = step.refused is not None and step.guise.name != CURVE  # how friction bends comes beside anything
-        if spoiled and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
+        refused = step.refused is not None and step.guise.name != CURVE  # how friction bends comes beside anything
+        if refused and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
 

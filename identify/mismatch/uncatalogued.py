@@ -229,21 +229,22 @@ SWINGING_LOAD = Effect(
 )
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _dragged(held: float, place: float, half: float) -> float:
+    """Where the end of a spring is that was `held` (nan: nobody knows), `half` the play from the `place` at most."""
+    return min(max(held if held == held else place, place - half), place + half)
+
+
 @law(TO_STEP)
 def _pull_past_play(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        place = b[MIDDLE + j]
-        held = x[j] if x[j] == x[j] else place
-        held = min(max(held, place - p[2 * LANES + j]), place + p[2 * LANES + j])
-        b[FORCE + j] += p[j] * (held - p[LANES + j])
+        b[FORCE + j] += p[j] * (_dragged(x[j], b[MIDDLE + j], p[2 * LANES + j]) - p[LANES + j])
 
 
 @law(AFTER)
 def _drag_play(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        place = b[MIDDLE + j]
-        held = x[j] if x[j] == x[j] else place
-        x[j] = min(max(held, place - p[2 * LANES + j]), place + p[2 * LANES + j])
+        x[j] = _dragged(x[j], b[MIDDLE + j], p[2 * LANES + j])
 
 
 SPRING_WITH_PLAY = Effect(

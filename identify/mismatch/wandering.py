@@ -33,7 +33,7 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     first, last = float(samples.t.min()), float(samples.t.max())
     moments = np.linspace(first, last, MOMENTS + 2)[1:-1]
     if name == "step_change":
-        moment = _moment(fitted)
+        moment = moment_of(fitted)
         if not EDGE * (last - first) < moment - first < (1.0 - EDGE) * (last - first):
             return f"friction steps at {moment:.3g} s, where the fitted data begin or end"
         moments = moments[np.abs(moments - moment) > NEAR * (last - first)]
@@ -44,7 +44,7 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     return f"friction steps at other moments too (evidence {most:.0f} for one more)"
 
 
-def _moment(fitted: Fit) -> float:
+def moment_of(fitted: Fit) -> float:
     """When the friction of a model with a `step_change` steps. [s]"""
     guise = next(guise for guise in fitted.problem.guises if guise.name == "step_change")
     index = next(k for k, unknown in enumerate(guise.unknowns) if unknown.parameter == "time")
