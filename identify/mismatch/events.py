@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import czt
 
 from identify.mismatch.compare import Fit, block_z
 from identify.mismatch.inverse import unexplained
@@ -26,8 +27,11 @@ from identify.mismatch.shapes import hats
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 TONES = (0.3, 25.0)  # Hz
+TRIED = 32  # tones at which the predictor is asked what a force would do: those at which its errors have most power
+BROAD = 0.04  # of a frequency: what is told of where a tone is, though it is known better
 SHORT = 0.5  # s, windows of time
 EVENT = 16.0  # evidence that each window of an event must bring on average: friction that wanders brings less
 STANDS_OUT = 4.0  # times the usual evidence of a window
@@ -47,18 +51,30 @@ def tone(here: View, there: View) -> Structure | None:
     samples = here.fit.problem.samples
     step = 0.5 / float(np.ptp(samples.t))
     tones = np.arange(TONES[0], min(TONES[1], 0.2 / samples.sample_time), step)
-    gains = gains_of_pairs(here, _waves(samples, tones))
-    top = int(np.argmax(gains))
-    evidence = likelier(here, float(gains[top])) - 2.0 * float(np.log(len(tones)))
+    likely = tones[_standing_out(here, tones)]
+    gains = gains_of_pairs(here, _waves(samples, likely))
+    top = likely[[int(np.argmax(gains))]]
+    evidence = likelier(here, float(gains.max())) - 2.0 * float(np.log(len(tones)))
     if evidence < EVIDENCE:
         return None
-    waves = _waves(samples, tones[[top]])
+    waves = _waves(samples, top)
     shape = shape_of(here, here.responses(waves))
     force = net_force(here, waves @ shape.weights)
-    seen = there.responses(_waves(there.fit.problem.samples, tones[[top]]))
+    seen = there.responses(_waves(there.fit.problem.samples, top))
     z = block_z(gained(there, seen @ shape_of(there, seen).weights))
-    found = Structure("frequency", (float(tones[top] - step), float(tones[top] + step)), evidence, z, force)
+    known = max(step, BROAD * float(top[0]))
+    found = Structure("frequency", (float(top[0]) - known, float(top[0]) + known), evidence, z, force)
     return found if large_enough(found, here.fit.dry_level) else None
+
+
+def _standing_out(view: View, tones: Floats) -> Ints:
+    """Indices of the tones [Hz] at which the prediction errors have most power: a force shows where it acts. (q,)"""
+    samples = view.fit.problem.samples
+    tick = samples.sample_time
+    place = np.rint((samples.t - samples.t.min()) / tick).astype(np.int64)
+    turn = 2j * np.pi * tick
+    power = np.abs(czt(np.bincount(place, view.error), len(tones), np.exp(-turn * (tones[1] - tones[0])), np.exp(turn * tones[0])))
+    return np.sort(np.argsort(power)[-TRIED:])
 
 
 def _waves(samples: Samples, tones: Floats) -> Floats:
