@@ -59,7 +59,7 @@ from identify.mismatch.rules import (
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
-from identify.mismatch.uncatalogued import PLACED, acts_in
+from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
 from identify.mismatch.wandering import ONCE
 from plant.axis import Axis
 from plant.effects import find
@@ -386,12 +386,24 @@ class Conclusion:
     def _along(self, step: Step, like: str = "") -> Structure:
         """What a step explains, as structure along its coordinate, where it acts."""
         told, coordinate = step.evidence, step.guise.depends or COORDINATE.get(step.guise.name, "time")
-        return Structure(coordinate, self._where(step, coordinate), -told.bic, told.z, 0.0, like)
+        also: tuple[str, ...] = ()
+        if step.guise.name == FILM.name:
+            memory, _ = reported(step.fit.problem, step.guise, step.fit.x)["time_constant"]
+            coordinate, *others = remembers_along(memory, self._duration)
+            also = tuple(others)
+        return Structure(coordinate, self._where(step, coordinate), -told.bic, told.z, 0.0, like, also=also)
+
+    @property
+    def _duration(self) -> float:
+        """Of the longest recording. [s]"""
+        return max(float(part.t.max()) for part in (self.evidence.train, self.evidence.held_out))
 
     def _where(self, step: Step, coordinate: str) -> tuple[float, float]:
         """Between what a step acts on its coordinate."""
         name, samples = step.guise.name, self.evidence.train
-        reached = (0.0, 0.0) if coordinate == "frequency" else reach(coordinate, samples, self.axis)
+        reached = (0.0, self._duration)
+        if coordinate != "time":
+            reached = (0.0, 0.0) if coordinate == "frequency" else reach(coordinate, samples, self.axis)
         if name not in SOMEWHERE | PLACED:
             return reached
         values = reported(step.fit.problem, step.guise, step.fit.x)
@@ -523,7 +535,7 @@ class Conclusion:
         if not found:
             return None
         best = found[0]
-        close = [s.coordinate for s in found[1:] if s.evidence > RIVAL * best.evidence]
+        close = [*best.also, *(s.coordinate for s in found[1:] if s.evidence > RIVAL * best.evidence)]
         others = tuple(dict.fromkeys(name for name in close if name != best.coordinate))
         share = 1.0 - float(np.exp(-best.evidence / len(self.evidence.train)))
         if best.force > 0.0:

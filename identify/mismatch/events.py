@@ -23,7 +23,7 @@ from identify.mismatch.nameless import (
     net_force,
 )
 from identify.mismatch.probes import View, shape_of
-from identify.mismatch.shapes import hats
+from identify.mismatch.shapes import SPELL, edges_between, hats, richest_stretch
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
@@ -40,7 +40,6 @@ LONGEST = 0.3  # of the recording: a stretch of time that is longer is no event
 SLOW = 1.5  # s between the knots of a force that wanders
 MOST_KNOTS = 40
 WANDERS = 0.06  # of the dry friction, rms: friction itself wanders by less
-SPELL = 0.6  # of the evidence for any slow force: one equal spell with so much is where it acts
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
 OUTBREAK = 9.0  # times the usual residual force, squared
@@ -51,6 +50,8 @@ def tone(here: View, there: View) -> Structure | None:
     samples = here.fit.problem.samples
     step = 0.5 / float(np.ptp(samples.t))
     tones = np.arange(TONES[0], min(TONES[1], 0.2 / samples.sample_time), step)
+    if len(tones) < 2:
+        return None
     likely = tones[_standing_out(here, tones)]
     gains = gains_of_pairs(here, _waves(samples, likely))
     top = likely[[int(np.argmax(gains))]]
@@ -72,8 +73,8 @@ def _standing_out(view: View, tones: Floats) -> Ints:
     samples = view.fit.problem.samples
     tick = samples.sample_time
     place = np.rint((samples.t - samples.t.min()) / tick).astype(np.int64)
-    turn = 2j * np.pi * tick
-    power = np.abs(czt(np.bincount(place, view.error), len(tones), np.exp(-turn * (tones[1] - tones[0])), np.exp(turn * tones[0])))
+    first, step = (np.exp(2j * np.pi * tick * hertz) for hertz in (tones[0], tones[1] - tones[0]))
+    power = np.abs(czt(np.bincount(place, view.error), len(tones), 1.0 / step, first))
     return np.sort(np.argsort(power)[-TRIED:])
 
 
@@ -141,23 +142,12 @@ def _slow(view: View, against: bool) -> _Slow:
         forces = forces * coordinates(samples, view.fit.problem.axis)["direction"][:, None]
     seen = view.responses(forces)
     shape = shape_of(view, seen)
-    gain, start, end = _spell(seen, view.error)
+    gain, start, end = richest_stretch(seen, view.error)
     spell = None
     if likelier(view, gain / view.variance) > SPELL * shape.evidence:
-        edges = np.concatenate([[first], 0.5 * (knots[1:] + knots[:-1]), [last]])
+        edges = edges_between(knots)
         spell = (float(edges[start]), float(edges[end]))
     return _Slow(shape.evidence, net_force(view, forces @ shape.weights), spell)
-
-
-def _spell(seen: Floats, error: Floats) -> tuple[float, int, int]:
-    """The equal neighbouring columns of seen (n, q) that take most from the squares of error (n,): how much, which."""
-    along = np.concatenate([[0.0], np.cumsum(seen.T @ error)])
-    size = np.pad(np.cumsum(np.cumsum(seen.T @ seen, axis=0), axis=1), ((1, 0), (1, 0)))
-    own = np.diag(size)
-    power = own[:, None] + own - size - size.T
-    gain = np.where(power > 0.0, (along[:, None] - along) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
-    start, end = np.unravel_index(int(np.argmax(np.triu(gain, 1))), gain.shape)
-    return float(gain[start, end]), int(start), int(end)
 
 
 def burst(fit: Fit) -> Structure | None:

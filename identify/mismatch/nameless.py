@@ -18,7 +18,7 @@ HELD_OUT = 25.0  # of the same, that the shape must gain on data it has not seen
 AGREED = 2.5  # z of the blocks of those data
 MOST = 1.0 - 1e-9  # of the errors that may be taken out
 SMALLEST = 0.03  # of the dry friction, rms past what friction itself can take: its own curve is known no better
-LOCAL = 0.003  # of the same along the travel, and of a tone: friction's own curve knows no places and no frequency ...
+LOCAL = 0.003  # of the same along the travel, of a tone, of a band of speeds: friction's own curve has none of them ...
 SURE = 4.0  # ... where the blocks agree so well
 
 
@@ -33,6 +33,8 @@ class Structure:
         z: of its gain on data that were not fitted. [1]
         force: rms past what friction itself could take; 0 where that is not known. [N]
         like: physics that is in no catalogue but would explain it; empty where none would.
+        band: whether it is an equal force over a short stretch away from the ends of its coordinate.
+        also: coordinates that the same force may depend on as well.
     """
 
     coordinate: str
@@ -41,6 +43,8 @@ class Structure:
     z: float
     force: float
     like: str = ""
+    band: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def p_value(self) -> float:
@@ -95,6 +99,7 @@ def gains_of_pairs(view: View, forces: Floats) -> Floats:
 
 def large_enough(found: Structure, dry_level: float) -> bool:
     """Whether a structure is sure, and more than how imperfectly the friction curve is known at this level [N]."""
-    if found.coordinate in {"position", "frequency"} and found.z >= SURE:
+    banded = found.band and found.coordinate == "velocity"
+    if (found.coordinate in {"position", "frequency"} or banded) and found.z >= SURE:
         return found.force >= LOCAL * dry_level
     return found.z >= AGREED and found.force >= SMALLEST * dry_level

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import block_z
 from identify.mismatch.locate import coordinates
-from identify.mismatch.nameless import EVIDENCE, HELD_OUT, Structure, large_enough, net_force
+from identify.mismatch.nameless import EVIDENCE, HELD_OUT, Structure, large_enough, likelier, net_force
 from identify.mismatch.probes import Outlook, Shape, View, shape_of
 
 Floats = NDArray[np.float64]
@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 FINEST = 36  # knots along the travel
 COARSE = 14  # knots along other coordinates
 HALF = 0.35  # of the highest: where a shape counts as being there
+SPELL = 0.6  # of the evidence for any force along a coordinate: one equal stretch with so much is where it acts
+ZEROS = 2  # knots at most, where a shape that pushes and then pulls goes through zero
+TOLD = {"speed": "velocity"}  # a speed, whichever way, is told as a positive velocity
 TURNS = (1, 2, 3, 6)  # harmonics of a wheel
 
 
@@ -38,8 +41,11 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
     signs = ours["direction"][:, None], theirs["direction"][:, None]
     one = np.ones((1, 1)), np.ones((1, 1))
     both, odd, even = (one, signs), (signs,), (one,)
+    for known in (ours, theirs):
+        known["speed"] = np.abs(known["velocity"])
     plans = {
-        "position": (FINEST, False, both), "velocity": (COARSE, False, both), "acceleration": (COARSE, True, even),
+        "position": (FINEST, False, both), "velocity": (COARSE, False, both), "speed": (COARSE, False, odd),
+        "acceleration": (COARSE, True, even),
         "torque": (COARSE, True, both), "torque_rate": (COARSE, True, even),
         "time_since_reversal": (COARSE, True, odd), "distance_since_reversal": (COARSE, True, odd),
     }  # fmt: skip
@@ -51,7 +57,8 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
         if len(knots) < 4 or np.ptp(knots) <= 0:
             continue
         for sign in kinds:
-            yield Probe(name, hats(x, knots) * sign[0], hats(theirs[name], knots) * sign[-1], knots)
+            told = TOLD.get(name, name)
+            yield Probe(told, hats(x, knots) * sign[0], hats(theirs[name], knots) * sign[-1], knots)
     for name in ("motor_angle", "pulley_angle"):
         if np.ptp(ours["position"]) < 2 * np.pi * (axis.mechanics.Rm if name == "motor_angle" else axis.mechanics.Rc):
             continue
@@ -72,28 +79,54 @@ def _turns(angle: Floats) -> Floats:
 def judged(outlook: Outlook, probe: Probe) -> Structure | None:
     """The shape along one coordinate, if it is sure, holds on unseen data and is big enough to matter."""
     here, there = outlook.here, outlook.there
-    shape = shape_of(here, here.responses(probe.here))
+    seen = here.responses(probe.here)
+    shape = shape_of(here, seen)
     evidence = shape.evidence - outlook.behind
     if evidence < EVIDENCE:
         return None
     force = net_force(here, probe.here @ shape.weights)
     gain = outlook.gained(there.responses(probe.there) @ shape.weights)
     z = block_z(gain)
-    found = Structure(probe.coordinate, _where(probe, shape), evidence, z, force)
+    interval, band = _where(probe, shape, here, seen)
+    found = Structure(probe.coordinate, interval, evidence, z, force, band=band)
     enough = float(gain.sum()) >= HELD_OUT and large_enough(found, here.fit.dry_level)
     return found if enough else None
 
 
-def _where(probe: Probe, shape: Shape) -> tuple[float, float]:
-    """The stretch around the strongest place over which the shape stays above `HALF` of it."""
-    if len(probe.places) != len(shape.weights):
-        return float(probe.places[0]), float(probe.places[-1])
+def _where(probe: Probe, shape: Shape, here: View, seen: Floats) -> tuple[tuple[float, float], bool]:
+    """Where a force acts along its coordinate: one stretch of equal force, if that is it, or around its highest place.
+
+    What the baseline swallows of a force leaves shapes that are nowhere zero; the stretch that with an equal force
+    would explain most does not mind. Else it is where the shape stays above `HALF` of its highest, but for zeros.
+
+    Returns:
+        the interval, and whether it is such a stretch, short and away from both ends.
+    """
+    count = len(probe.places)
+    if count != len(shape.weights):
+        return (float(probe.places[0]), float(probe.places[-1])), False
+    edge = edges_between(probe.places)
+    gain, low, high = richest_stretch(seen, here.error)
+    if likelier(here, gain / here.variance) > SPELL * shape.evidence:
+        return (float(edge[low]), float(edge[high])), low > 0 and high < count and 2 * (high - low) < count
     size = np.abs(shape.weights - np.median(shape.weights))
-    top = int(np.argmax(size))
-    low = high = top
-    while low > 0 and size[low - 1] > HALF * size[top]:
-        low -= 1
-    while high < len(size) - 1 and size[high + 1] > HALF * size[top]:
-        high += 1
-    edge = np.concatenate([probe.places[:1], 0.5 * (probe.places[1:] + probe.places[:-1]), probe.places[-1:]])
-    return float(edge[low]), float(edge[high + 1])
+    there = np.flatnonzero(size > HALF * size.max())
+    parts = np.split(there, np.flatnonzero(np.diff(there) > ZEROS + 1) + 1)
+    part = next(one for one in parts if int(np.argmax(size)) in one)
+    return (float(edge[part[0]]), float(edge[part[-1] + 1])), False
+
+
+def edges_between(knots: Floats) -> Floats:
+    """Where the stretches begin and end in which each of the knots (q,) is the nearest. (q + 1,)"""
+    return np.concatenate([knots[:1], 0.5 * (knots[1:] + knots[:-1]), knots[-1:]])
+
+
+def richest_stretch(seen: Floats, error: Floats) -> tuple[float, int, int]:
+    """The equal neighbouring columns of seen (n, q) that take most from the squares of error (n,): how much, which."""
+    along = np.concatenate([[0.0], np.cumsum(seen.T @ error)])
+    size = np.pad(np.cumsum(np.cumsum(seen.T @ seen, axis=0), axis=1), ((1, 0), (1, 0)))
+    own = np.diag(size)
+    power = own[:, None] + own - size - size.T
+    gain = np.where(power > 0.0, (along[:, None] - along) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
+    start, end = np.unravel_index(int(np.argmax(np.triu(gain, 1))), gain.shape)
+    return float(gain[start, end]), int(start), int(end)

@@ -53,6 +53,8 @@ WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
+LASTING = 0.3  # of a recording: friction that remembers longer changes with time
+BRIEFLY = 1.0  # s: friction that remembers no longer forgets between two reversals
 MOST_WAVES = 20  # of a level along the travel
 
 
@@ -401,6 +403,16 @@ def _swings(s: Setting) -> list[Guise]:
         Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0),
     )
     return [_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz, [0.03], depends="frequency")]
+
+
+def remembers_along(time_constant: float, duration: float) -> tuple[str, ...]:
+    """Coordinates of friction that remembers speed for `time_constant` in recordings of `duration` [s], the first best.
+
+    What is forgotten within a reversal is not told from what begins anew at each.
+    """
+    if time_constant > LASTING * duration:
+        return "time", "velocity"
+    return ("velocity", "time_since_reversal") if time_constant < BRIEFLY else ("velocity",)
 
 
 def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:

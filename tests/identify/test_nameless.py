@@ -12,13 +12,14 @@ from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.events import _spell, slow_force
+from identify.mismatch.events import slow_force
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
 from identify.mismatch.probes import outlooks
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
+from identify.mismatch.shapes import richest_stretch
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples
 from plant.axis_file import read_axis
@@ -506,7 +507,7 @@ def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
     rng = np.random.default_rng(3)
     seen = rng.standard_normal((500, 12))
     error = 0.3 * rng.standard_normal(500) - seen[:, 3:8].sum(axis=1)
-    gain, start, end = _spell(seen, error)
+    gain, start, end = richest_stretch(seen, error)
     assert (start, end) == (3, 8)
     assert gain == pytest.approx(float(error @ error), rel=0.1)
 
