@@ -401,9 +401,9 @@ class Conclusion:
     def _where(self, step: Step, coordinate: str) -> tuple[float, float]:
         """Between what a step acts on its coordinate."""
         name, samples = step.guise.name, self.evidence.train
-        reached = (0.0, self._duration)
-        if coordinate != "time":
-            reached = (0.0, 0.0) if coordinate == "frequency" else reach(coordinate, samples, self.axis)
+        reached = (0.0, 0.0)
+        if coordinate != "frequency":
+            reached = (0.0, self._duration) if coordinate == "time" else reach(coordinate, samples, self.axis)
         if name not in SOMEWHERE | PLACED:
             return reached
         values = reported(step.fit.problem, step.guise, step.fit.x)

@@ -1,0 +1,59 @@
+"""Where along its coordinate a force without a name acts: both ends of it, on a machine that shares no code with it."""
+
+import numpy as np
+import pytest
+
+from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.nameless import Structure, large_enough
+from identify.mismatch.uncatalogued import remembers_along
+from tests.identify.small_machine import AXIS, driven, dry
+
+
+def rough_speeds(_, __, v):
+    """A seal that flutters between 0.15 and 0.25 m/s: 1.5 N more."""
+    return dry(v) + (1.5 if 0.15 < abs(v) < 0.25 else 0.0), 0.0
+
+
+def detent(_, y, v):
+    """A magnet at 0.2 m that draws the slide in over 25 mm on either side: 2 N at most."""
+    there = abs(y - 0.2) < 0.025
+    return dry(v), (2.0 * np.sin(np.pi * (y - 0.2) / 0.025) if there else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("physics", "coordinate", "interval"),
+    [(rough_speeds, "velocity", (0.15, 0.25)), (detent, "position", (0.175, 0.225))],
+)
+def test_a_force_has_its_coordinate_and_both_its_ends(physics, coordinate, interval):
+    found = diagnose([driven(seed, physics) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained"
+    assert found.location.coordinate == coordinate
+    low, high = found.location.interval
+    shared = min(high, interval[1]) - max(low, interval[0])
+    assert shared > 0.6 * (max(high, interval[1]) - min(low, interval[0]))
+
+
+def test_a_healthy_machine_has_no_band_of_speeds():
+    found = diagnose([driven(seed, lambda _, __, v: (dry(v), 0.0)) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "no_mismatch"
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "band", "z", "told"),
+    [
+        ("velocity", True, 5.0, True),
+        ("velocity", False, 5.0, False),
+        ("velocity", True, 3.0, False),
+        ("torque", True, 5.0, False),
+        ("position", False, 5.0, True),
+    ],
+)
+def test_a_little_force_is_told_only_where_friction_has_none_of_its_own(coordinate, band, z, told):
+    found = Structure(coordinate, (0.1, 0.2), 500.0, z, 0.01 * 20.0, band=band)
+    assert large_enough(found, 20.0) == told
+
+
+def test_friction_that_remembers_long_changes_with_time_and_briefly_since_the_reversal():
+    assert remembers_along(30.0, 60.0) == ("time", "velocity")
+    assert remembers_along(3.0, 60.0) == ("velocity",)
+    assert remembers_along(0.3, 60.0) == ("velocity", "time_since_reversal")
