@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import czt
 
 from identify.mismatch.compare import Fit, block_z
+from identify.mismatch.data import join
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import (
@@ -22,8 +21,8 @@ from identify.mismatch.nameless import (
     likelier,
     net_force,
 )
-from identify.mismatch.probes import View, shape_of
-from identify.mismatch.shapes import SPELL, edges_between, hats, richest_stretch
+from identify.mismatch.probes import Shape, View, shape_of
+from identify.mismatch.shapes import edges_between, equal_force, hats, richest_stretch
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
@@ -39,6 +38,9 @@ ALONE = 0.65  # of all windows' evidence that one stretch of time must hold
 LONGEST = 0.3  # of the recording: a stretch of time that is longer is no event
 SLOW = 1.5  # s between the knots of a force that wanders
 MOST_KNOTS = 40
+SUDDEN = 150.0  # evidence for a spell ...
+SPELL = 0.85  # ... and its share of that for any slow force: healthy friction that wanders has 0.8 at most, ...
+DRAGS = 0.05  # ... and of the dry friction: where it has 0.8, its spells are of 4 %
 WANDERS = 0.06  # of the dry friction, rms: friction itself wanders by less
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
@@ -105,49 +107,67 @@ def stretch(view: View) -> Structure | None:
     return Structure("time", interval, best, float(np.sqrt(best / (high - low))), force)
 
 
-@dataclass(frozen=True, slots=True)
-class _Slow:
-    """A force that changes slowly: evidence [1], rms past friction [N]; when it acts [s], where it is one spell."""
-
-    evidence: float
-    force: float
-    spell: tuple[float, float] | None
-
-
 def slow_force(here: View, there: View) -> Structure | None:
-    """A force, or dry friction, that comes and goes slowly, in unseen data too; or once, for a spell.
+    """A force, or dry friction, that comes and goes slowly, in unseen data too.
 
     It must be far larger than friction wanders anyway, and explain more than the likeliest observer follows by itself.
     """
-    ours = max((_slow(here, against) for against in (False, True)), key=lambda one: one.evidence)
-    if ours.evidence < EVIDENCE or ours.force < WANDERS * here.fit.dry_level:
+    ours = max((_slow(here, against) for against in (False, True)), key=lambda one: one[0].evidence)
+    shape, force = ours[0], net_force(here, ours[1] @ ours[0].weights)
+    if shape.evidence < EVIDENCE or force < WANDERS * here.fit.dry_level:
         return None
-    sure = ours.evidence
-    if ours.spell is None:
-        sure = max(_slow(there, against).evidence for against in (False, True))
-        if sure < HELD_OUT:
-            return None
+    sure = max(_slow(there, against)[0].evidence for against in (False, True))
+    if sure < HELD_OUT:
+        return None
     t = here.fit.problem.samples.t
-    interval = ours.spell or (float(t.min()), float(t.max()))
-    return Structure("time", interval, ours.evidence, float(np.sqrt(sure)), ours.force)
+    return Structure("time", (float(t.min()), float(t.max())), shape.evidence, float(np.sqrt(sure)), force)
 
 
-def _slow(view: View, against: bool) -> _Slow:
-    """The slow force that a view asks for, or the one `against` the motion."""
+def _slow(view: View, against: bool) -> tuple[Shape, Floats]:
+    """The slow force that a view asks for, or the one `against` the motion, and the series it consists of. (n, q)"""
+    forces = _slowly(view, against)[0]
+    return shape_of(view, view.responses(forces)), forces
+
+
+def _slowly(view: View, against: bool) -> tuple[Floats, Floats]:
+    """Series between knots in time, of a push or `against` the motion (n, q), and the knots (q,). [s]"""
     samples = view.fit.problem.samples
     first, last = float(samples.t.min()), float(samples.t.max())
     knots = np.linspace(first, last, int(np.clip((last - first) / SLOW, 6, MOST_KNOTS)))
     forces = hats(samples.t, knots)
     if against:
         forces = forces * coordinates(samples, view.fit.problem.axis)["direction"][:, None]
+    return forces, knots
+
+
+def spell(fit: Fit, unseen: Samples) -> Structure | None:
+    """An equal force, or dry friction, that begins and ends within a recording and is not there before or after.
+
+    No other data are needed to say so: it must be far more than friction wanders, and nothing else of the kind be left.
+    """
+    samples = fit.problem.samples
+    one_clock = float(unseen.t.min()) > float(samples.t.max()) or float(unseen.t.max()) < float(samples.t.min())
+    whole = join(sorted((samples, unseen), key=lambda part: float(part.t[0]))) if one_clock else samples
+    view = View.of(fit.on(whole), fit.found.gain)
+    found = [one for against in (False, True) if (one := _spell(view, against)) is not None]
+    return max(found, key=lambda one: one.evidence, default=None)
+
+
+def _spell(view: View, against: bool) -> Structure | None:
+    """The spell of a push, or of dry friction `against` the motion."""
+    forces, knots = _slowly(view, against)
     seen = view.responses(forces)
-    shape = shape_of(view, seen)
     gain, start, end = richest_stretch(seen, view.error)
-    spell = None
-    if likelier(view, gain / view.variance) > SPELL * shape.evidence:
-        edges = edges_between(knots)
-        spell = (float(edges[start]), float(edges[end]))
-    return _Slow(shape.evidence, net_force(view, forces @ shape.weights), spell)
+    evidence = likelier(view, gain / view.variance) - 4.0 * float(np.log(len(knots)))
+    inside = start > 0 and end < len(knots) and 2 * (end - start) < len(knots)
+    force = equal_force(seen[:, start:end], view.error)
+    if not inside or evidence < SUDDEN or force < DRAGS * view.fit.dry_level:
+        return None
+    if evidence < SPELL * shape_of(view, seen).evidence:
+        return None
+    edges = edges_between(knots)
+    interval = float(edges[start]), float(edges[end])
+    return Structure("time", interval, evidence, float(np.sqrt(evidence / (end - start))), force, acting=force)
 
 
 def burst(fit: Fit) -> Structure | None:

@@ -19,6 +19,12 @@ AGREED = 2.5  # z of the blocks of those data
 MOST = 1.0 - 1e-9  # of the errors that may be taken out
 SMALLEST = 0.03  # of the dry friction, rms past what friction itself can take: its own curve is known no better
 LOCAL = 0.003  # of the same along the travel, of a tone, of a band of speeds: friction's own curve has none of them ...
+BANDS = {
+    "position",
+    "velocity",
+    "time_since_reversal",
+    "distance_since_reversal",
+}  # a short stretch of these is no curve
 SURE = 4.0  # ... where the blocks agree so well
 
 
@@ -33,7 +39,7 @@ class Structure:
         z: of its gain on data that were not fitted. [1]
         force: rms past what friction itself could take; 0 where that is not known. [N]
         like: physics that is in no catalogue but would explain it; empty where none would.
-        band: whether it is an equal force over a short stretch away from the ends of its coordinate.
+        acting: the force where it acts, if it is an equal one over a short stretch away from both ends; else 0. [N]
         also: coordinates that the same force may depend on as well.
     """
 
@@ -43,7 +49,7 @@ class Structure:
     z: float
     force: float
     like: str = ""
-    band: bool = False
+    acting: float = 0.0
     also: tuple[str, ...] = ()
 
     @property
@@ -99,7 +105,9 @@ def gains_of_pairs(view: View, forces: Floats) -> Floats:
 
 def large_enough(found: Structure, dry_level: float) -> bool:
     """Whether a structure is sure, and more than how imperfectly the friction curve is known at this level [N]."""
-    banded = found.band and found.coordinate == "velocity"
-    if (found.coordinate in {"position", "frequency"} or banded) and found.z >= SURE:
+    if found.acting > 0.0 and found.coordinate in BANDS and found.z >= AGREED and found.acting >= SMALLEST * dry_level:
+        return True
+    local = found.coordinate in {"position", "frequency"} or (found.acting > 0.0 and found.coordinate == "velocity")
+    if local and found.z >= SURE:
         return found.force >= LOCAL * dry_level
     return found.z >= AGREED and found.force >= SMALLEST * dry_level

@@ -87,33 +87,34 @@ def judged(outlook: Outlook, probe: Probe) -> Structure | None:
     force = net_force(here, probe.here @ shape.weights)
     gain = outlook.gained(there.responses(probe.there) @ shape.weights)
     z = block_z(gain)
-    interval, band = _where(probe, shape, here, seen)
-    found = Structure(probe.coordinate, interval, evidence, z, force, band=band)
+    interval, acting = _where(probe, shape, here, seen)
+    found = Structure(probe.coordinate, interval, evidence, z, force, acting=acting)
     enough = float(gain.sum()) >= HELD_OUT and large_enough(found, here.fit.dry_level)
     return found if enough else None
 
 
-def _where(probe: Probe, shape: Shape, here: View, seen: Floats) -> tuple[tuple[float, float], bool]:
+def _where(probe: Probe, shape: Shape, here: View, seen: Floats) -> tuple[tuple[float, float], float]:
     """Where a force acts along its coordinate: one stretch of equal force, if that is it, or around its highest place.
 
     What the baseline swallows of a force leaves shapes that are nowhere zero; the stretch that with an equal force
     would explain most does not mind. Else it is where the shape stays above `HALF` of its highest, but for zeros.
 
     Returns:
-        the interval, and whether it is such a stretch, short and away from both ends.
+        the interval, and the equal force of such a stretch, if that is short and away from both ends; else 0. [N]
     """
     count = len(probe.places)
     if count != len(shape.weights):
-        return (float(probe.places[0]), float(probe.places[-1])), False
+        return (float(probe.places[0]), float(probe.places[-1])), 0.0
     edge = edges_between(probe.places)
     gain, low, high = richest_stretch(seen, here.error)
     if likelier(here, gain / here.variance) > SPELL * shape.evidence:
-        return (float(edge[low]), float(edge[high])), low > 0 and high < count and 2 * (high - low) < count
+        inside = low > 0 and high < count and 2 * (high - low) < count
+        return (float(edge[low]), float(edge[high])), equal_force(seen[:, low:high], here.error) if inside else 0.0
     size = np.abs(shape.weights - np.median(shape.weights))
     there = np.flatnonzero(size > HALF * size.max())
     parts = np.split(there, np.flatnonzero(np.diff(there) > ZEROS + 1) + 1)
     part = next(one for one in parts if int(np.argmax(size)) in one)
-    return (float(edge[part[0]]), float(edge[part[-1] + 1])), False
+    return (float(edge[part[0]]), float(edge[part[-1] + 1])), 0.0
 
 
 def edges_between(knots: Floats) -> Floats:
@@ -130,3 +131,9 @@ def richest_stretch(seen: Floats, error: Floats) -> tuple[float, int, int]:
     gain = np.where(power > 0.0, (along[:, None] - along) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
     start, end = np.unravel_index(int(np.argmax(np.triu(gain, 1))), gain.shape)
     return float(gain[start, end]), int(start), int(end)
+
+
+def equal_force(seen: Floats, error: Floats) -> float:
+    """Size of the equal force in all columns of seen (n, q) [m/N] that explains most of error (n,). [N]"""
+    together = seen.sum(axis=1)
+    return abs(float(together @ error)) / max(float(together @ together), 1e-300)

@@ -8,7 +8,7 @@ other, does not decide by chance.
 from __future__ import annotations
 
 from identify.mismatch.compare import Fit
-from identify.mismatch.events import burst, slow_force, stretch, tone
+from identify.mismatch.events import burst, slow_force, spell, stretch, tone
 from identify.mismatch.nameless import Structure
 from identify.mismatch.probes import outlooks
 from identify.mismatch.sensor_errors import encoder_error, slip
@@ -33,6 +33,7 @@ def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list
         slip(here),
         burst(fit) if suspicious else None,
         slow_force(here, there),
+        spell(fit, held_out),
     )
     found += [s for s in others if s is not None]
     return sorted(found, key=lambda s: -s.evidence)

@@ -12,10 +12,9 @@ from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.events import slow_force
+from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
-from identify.mismatch.probes import outlooks
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
 from identify.mismatch.select import _of_its_own
@@ -519,8 +518,7 @@ def test_a_brake_that_drags_for_a_while_is_no_friction_that_wanders(tmp_path, ki
     axis = read_axis(write_second(case, tmp_path))
     evidence = gather([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
     evidence, baseline = read_torque(evidence, axis, False, 0)
-    seen = outlooks(baseline, baseline.on(evidence.held_out))[0]
-    slow = slow_force(seen.here, seen.there)
+    slow = spell(baseline, evidence.held_out)
     assert (slow is not None) == found
     if slow is not None:
         start, end = case.labels["outside"]["interval"]

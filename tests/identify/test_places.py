@@ -39,17 +39,20 @@ def test_a_healthy_machine_has_no_band_of_speeds():
 
 
 @pytest.mark.parametrize(
-    ("coordinate", "band", "z", "told"),
+    ("coordinate", "acting", "z", "told"),
     [
-        ("velocity", True, 5.0, True),
-        ("velocity", False, 5.0, False),
-        ("velocity", True, 3.0, False),
-        ("torque", True, 5.0, False),
-        ("position", False, 5.0, True),
+        ("velocity", 0.02, 5.0, True),
+        ("velocity", 0.0, 5.0, False),
+        ("velocity", 0.02, 3.0, False),
+        ("velocity", 0.05, 3.0, True),
+        ("distance_since_reversal", 0.05, 3.0, True),
+        ("distance_since_reversal", 0.05, 2.0, False),
+        ("torque", 0.05, 5.0, False),
+        ("position", 0.0, 5.0, True),
     ],
 )
-def test_a_little_force_is_told_only_where_friction_has_none_of_its_own(coordinate, band, z, told):
-    found = Structure(coordinate, (0.1, 0.2), 500.0, z, 0.01 * 20.0, band=band)
+def test_a_little_force_is_told_only_where_friction_has_none_of_its_own(coordinate, acting, z, told):
+    found = Structure(coordinate, (0.1, 0.2), 500.0, z, 0.01 * 20.0, acting=acting * 20.0)
     assert large_enough(found, 20.0) == told
 
 
