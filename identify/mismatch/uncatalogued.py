@@ -16,6 +16,8 @@ import numpy as np
 from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
+from identify.mismatch.uncatalogued_places import interval, placed
 from identify.mismatch.ways_place import waves
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import TWO_PI, cos_turns
@@ -311,8 +313,9 @@ EFFECTS = (
     SPRING_WITH_PLAY,
     VISCOUS_ALONG,
     FILM,
+    *PLACES,
 )
-PLACED = {ONE_WAY_PULL.name, SWINGING_LOAD.name}  # act in part of their coordinate
+PLACED = {ONE_WAY_PULL.name, SWINGING_LOAD.name, *(effect.name for effect in PLACES)}  # act in part of their coordinate
 
 
 def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
@@ -340,7 +343,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    every += [_plays(s, stiff), _along_travel(s), _remembers(s), *_pulls(s, stiff), *_swings(s)]
+    every += [_plays(s, stiff), _along_travel(s), _remembers(s), *_pulls(s, stiff), *_swings(s), *placed(s)]
     return [guise for guise in every if guise.name not in named]
 
 
@@ -420,6 +423,8 @@ def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -
     low, high = reached
     if name == SWINGING_LOAD.name:
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
+    if name != ONE_WAY_PULL.name:
+        return interval(name, values, reached)
     return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
 
 

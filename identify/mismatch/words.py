@@ -40,6 +40,11 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "spring_with_play": "a spring behind a free travel (a cable chain, a worn pin)",
     "viscous_along": "viscous friction that changes along the travel (grease that was pushed to its ends)",
     "film_memory": "dry friction that remembers how fast the axis has run (a film that builds up, heat)",
+    "level_step": "dry friction that is another past one place (a joint of the rail)",
+    "viscous_zone": "viscous friction in one place (old grease, an oil sump)",
+    "sector_push": "a push in one sector of each turn (a notch, a splice)",
+    "sector_rub": "dry friction in one sector of each turn (a damaged bearing)",
+    "one_way_drag": "a drag above some speed in one direction of motion (a valve, a lip that lifts)",
     "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 

@@ -1,0 +1,194 @@
+"""Physics that is in no catalogue and acts in part of its coordinate: past a joint, in a zone, a sector, above a speed.
+
+What looks like it in the catalogue is a defect, a ripple, an asymmetry; like all of `uncatalogued.py` it is located,
+never named.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from numba import njit
+
+from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from plant.effects.effect import Effect, Parameter
+from plant.kernels.cosine import cos_turns
+from plant.kernels.exponential import exp_neg
+from plant.kernels.laws import (
+    FORCE,
+    LANES,
+    LEVEL,
+    MIDDLE,
+    STAGE_LEVEL,
+    TO_STAGE,
+    TO_STEP,
+    VELOCITY,
+    VISCOUS_BACKWARD,
+    VISCOUS_FORWARD,
+    Rows,
+    law,
+)
+from plant.kernels.step import FASTMATH
+
+TURN = 0.5 / math.pi
+SIDES = (1.0, -1.0)
+OPENS = 0.15  # of the speed from which on it drags: how sharply
+TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
+PLACED_SPREAD = 50.0  # of an unknown that says where something is
+WIDE = 1.5  # widths of a bell, or of a sector, within which it acts
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _past(x: float) -> float:
+    """From 0 far below x = 0 to 1 far above it."""
+    value: float = 0.5 * (1.0 + x / math.sqrt(1.0 + x * x))
+    return value
+
+
+@law(TO_STEP)
+def _step_level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[LEVEL + j] += p[j] * _past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
+
+
+LEVEL_STEP = Effect(
+    name="level_step",
+    parameters=(
+        Parameter("step", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="dF"),
+        Parameter("place", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("length", "m", (1e-4, 1.0), (1e-9, 1e6), about="of the transition"),
+    ),
+    laws=(_step_level,),
+    source="dry friction that is another past a joint of the rail: preload, alignment",
+)
+
+
+@law(TO_STEP)
+def _drag_in_zone(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = (b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j]
+        more = p[j] * exp_neg(away * away)
+        b[VISCOUS_FORWARD + j] += more
+        b[VISCOUS_BACKWARD + j] += more
+
+
+VISCOUS_ZONE = Effect(
+    name="viscous_zone",
+    parameters=(
+        Parameter("coefficient", "N*s/m", (-1e5, 1e5), (-1e9, 1e9), absent=0.0, about="B"),
+        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("width", "m", (1e-3, 1.0), (1e-9, 1e6), about="w"),
+    ),
+    laws=(_drag_in_zone,),
+    source="viscous friction in one place: old grease, an oil sump, swarf",
+)
+
+
+@law(TO_STEP)
+def _push_in_sector(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        turned = cos_turns(b[MIDDLE + j] / p[3 * LANES + j] - TURN * p[LANES + j])
+        b[FORCE + j] += p[j] * exp_neg(p[2 * LANES + j] * (1.0 - turned))
+
+
+@law(TO_STEP)
+def _rub_in_sector(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        turned = cos_turns(b[MIDDLE + j] / p[3 * LANES + j] - TURN * p[LANES + j])
+        b[LEVEL + j] += p[j] * exp_neg(p[2 * LANES + j] * (1.0 - turned))
+
+
+_SECTOR = (
+    Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
+    Parameter("angle", "rad", (-math.pi, 3 * math.pi), about="of its middle, from where the position is 0"),
+    Parameter("sharpness", "1", (0.5, 200.0), (1e-6, 1e6), about="of A exp(-k (1 - cos(angle)))"),
+    Parameter("period", "m", (1e-4, 10.0), (1e-9, 1e9), reported=False, about="travel of a turn"),
+)
+NOTCH = Effect(
+    name="sector_push",
+    parameters=_SECTOR,
+    laws=(_push_in_sector,),
+    source="a notch, a splice, a bent tooth: a push in one sector of each turn",
+)
+RUB = Effect(
+    name="sector_rub",
+    parameters=_SECTOR,
+    laws=(_rub_in_sector,),
+    source="a damaged bearing sector, a wheel that rubs: dry friction in one sector of each turn",
+)
+
+
+@law(TO_STAGE)
+def _open(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        onset = p[LANES + j]
+        b[STAGE_LEVEL + j] += p[j] * _past((p[2 * LANES + j] * b[VELOCITY + j] - onset) / (OPENS * onset))
+
+
+VALVE = Effect(
+    name="one_way_drag",
+    parameters=(
+        Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
+        Parameter("onset", "m/s", (1e-3, 10.0), (1e-9, 1e6), about="v_0"),
+        Parameter("direction", "1", (-1.0, 1.0), about="+1 while the position grows"),
+    ),
+    laws=(_open,),
+    source="drag above some speed in one direction of motion: a valve, a check flap, a lip that lifts",
+)
+EFFECTS = (LEVEL_STEP, VISCOUS_ZONE, NOTCH, RUB, VALVE)
+
+
+def placed(s: Setting) -> list[Guise]:
+    """Every way in which physics that acts in part of its coordinate is tried in recordings of this setting."""
+    across = (s.lowest + s.travel * np.linspace(0.08, 0.92, 8)).tolist()
+    place = Unknown("place", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=PLACED_SPREAD)
+    length = Unknown("length", 0.02 * s.travel, 1e-3 * s.travel, 0.3 * s.travel, log=True, spread=1.5)
+    width = Unknown("width", 0.1 * s.travel, 0.01 * s.travel, 0.5 * s.travel, log=True, spread=1.0)
+    step = Unknown("step", 0.3 * s.force, -5.0 * s.force, 5.0 * s.force)
+    unit = s.force / s.speed
+    zone = Unknown("coefficient", 0.3 * unit, -30.0 * unit, 30.0 * unit)
+    centre = dataclasses.replace(place, parameter="centre")
+    widths = [share * s.travel for share in (0.03, 0.1, 0.25)]
+    found = [
+        Guise(LEVEL_STEP, (step, place, length), grid([0.1 * s.force], across, [0.01 * s.travel]), depends="position"),
+        Guise(VISCOUS_ZONE, (zone, centre, width), grid([0.1 * unit], across, widths), depends="position"),
+    ]
+    wheels = {"motor_angle": s.axis.mechanics.Rm, "pulley_angle": s.axis.mechanics.Rc}
+    if math.isclose(*wheels.values()):
+        del wheels["motor_angle"]
+    force = Unknown("force", 0.3 * s.force, -5.0 * s.force, 5.0 * s.force)
+    angle = Unknown("angle", 0.2, -math.pi, 3 * math.pi, origin=math.pi, spread=PLACED_SPREAD)
+    sharp = Unknown("sharpness", 10.0, 1.5, 200.0, log=True, spread=1.5)
+    angles = (2.0 * math.pi * (np.arange(8) + 0.5) / 8.0).tolist()
+    for coordinate, radius in wheels.items():
+        turn = 2.0 * math.pi * radius
+        if s.travel > TURNS * turn:
+            starts = grid([0.1 * s.force], angles, [10.0])
+            found += [
+                Guise(effect, (force, angle, sharp), starts, fixed=(("period", turn),), depends=coordinate)
+                for effect in (NOTCH, RUB)
+            ]
+    onset = Unknown("onset", s.speed, 0.05 * s.speed, 10.0 * s.speed, log=True, spread=1.5)
+    onsets = [share * s.speed for share in (0.3, 0.7, 1.2)]
+    for way in SIDES:
+        opens = Guise(VALVE, (force, onset), grid([0.1 * s.force], onsets), depends="velocity")
+        found.append(dataclasses.replace(opens, fixed=(("direction", way),)))
+    return found
+
+
+def interval(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
+    """Where on its coordinate, of which the recordings `reached` so much, this physics acts."""
+    low, high = reached
+    if name == LEVEL_STEP.name:
+        return min(values["place"], high), high
+    if name == VISCOUS_ZONE.name:
+        half = WIDE * values["width"]
+        return max(values["centre"] - half, low), min(values["centre"] + half, high)
+    if name == VALVE.name:
+        onset = min(values["onset"], max(abs(low), abs(high)))
+        return (onset, max(high, onset)) if values["direction"] > 0.0 else (min(low, -onset), -onset)
+    half = WIDE * math.sqrt(2.0 / values["sharpness"])
+    middle = values["angle"] % (2.0 * math.pi)
+    return middle - half, middle + half
