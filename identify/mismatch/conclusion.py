@@ -34,6 +34,7 @@ from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, P
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
     BIC_STRONG,
+    BRISTLES,
     CLEAN,
     FORESEEN,
     HELD_OUT,
@@ -84,6 +85,7 @@ STILL = 0.95  # of the baseline's latent force: names that leave more leave it a
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
+MICROMETRES = "contacts bend by less than can be measured here before they slide: taken into account"
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
 BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
 MAYBE = "{}: there may be some, or none: taken into account, not named"
@@ -166,7 +168,7 @@ class Conclusion:
     @property
     def blind(self) -> bool:
         """Whether free runs cannot judge the chosen effects: their state where a run starts is unknown (see rules)."""
-        return any(guise.stiff for guise in self.selection.chosen.problem.guises)
+        return any(step.guise.stiff for step in self.selection.steps)
 
     def pays(self) -> bool:
         """Whether the chosen effects predict unseen data so much better that naming them is worth it.
@@ -321,6 +323,11 @@ class Conclusion:
     def happened(self) -> bool:
         """Whether what is left without a name is an event in time: no other data are needed to say that."""
         return bool(self.nameless) and self.nameless[0].coordinate == "time"
+
+    @property
+    def spelled(self) -> bool:
+        """Whether that is an equal force for a spell, which names found with other data may explain."""
+        return self.happened and self.nameless[0].acting > 0.0
 
     @property
     def recognised(self) -> bool:
@@ -578,6 +585,8 @@ class Conclusion:
             guise = model.problem.guise(CURVE)
             exponent = float(np.exp(guise.unknowns[0].value(model.x[model.problem.slot(guise)])[0]))
             said.append(EXPONENT.format(exponent))
+        if BRISTLES in self.selection.aside:
+            said.append(MICROMETRES)
         return (*said, *(BENT.format(guise.name) for guise in shown.problem.guises if guise.shapes))
 
     def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:

@@ -106,8 +106,9 @@ def conclude(
     first = judged_by(Judges.LAST)
     if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
         return first
-    more = judged_by(Judges.PART) if first.torn and not first.happened else first
-    if isinstance(more, Diagnosis) or (more.verdict is Verdict.NO_MISMATCH and first.verdict is Verdict.UNEXPLAINED):
+    more = judged_by(Judges.PART) if first.torn and (first.spelled or not first.happened) else first
+    no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if first.spelled else {Verdict.NO_MISMATCH}
+    if isinstance(more, Diagnosis) or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED):
         found = first
     else:
         found = more

@@ -51,7 +51,9 @@ SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
-NO_NAME = "it is in no catalogue"  # reason that likely physics gets no name
+BRISTLES = "presliding_hysteresis"
+ON_BOUND = "a parameter ended on its bound"  # reason that a likely effect gets no name
+NO_NAME = "it is in no catalogue"  # reason that likely physics gets none
 ODD = "its force of", "a parameter ended", "its size of"
 LIKELY_BUT = (*ODD, OWN_CURVE, NO_NAME)  # beginnings of the reasons a likely effect is refused
 
@@ -124,7 +126,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure))
     odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
-        return "a parameter ended on its bound"
+        return ON_BOUND
     return odd
 
 
@@ -319,6 +321,25 @@ def other_curve(steps: list[Step]) -> Step | None:
         return None
     likely = [step for step in steps if step is not bent and (step.refused is None or step.misplaced)]
     return bent if cost(bent.fit) < min((cost(step.fit) for step in likely), default=np.inf) else None
+
+
+def fine_bristles(steps: list[Step]) -> Step | None:
+    """Bristles as stiff as the samples can tell, where nothing explains more: every contact bends before it slides.
+
+    By micrometres; how much is no finding, but what it does to each reversal hides what is one.
+    """
+    found = [step for step in steps if step.guise.name == BRISTLES and step.guise in step.fit.problem.guises]
+    fine = next((step for step in found if step.refused == ON_BOUND and _stiffest(step)), None)
+    if fine is None or fine.evidence.bic > BIC_STRONG or not agreed(fine.evidence) or not foretold(fine.evidence):
+        return None
+    likely = [step for step in steps if step is not fine and (step.refused is None or step.misplaced)]
+    return fine if cost(fine.fit) < min((cost(step.fit) for step in likely), default=np.inf) else None
+
+
+def _stiffest(step: Step) -> bool:
+    """Whether the first unknown of a step ended on its upper bound."""
+    first = step.fit.problem.slot(step.guise).start
+    return bool(step.fit.x[first] >= step.fit.problem.bounds[1][first] - 1e-6)
 
 
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:

@@ -31,6 +31,7 @@ from identify.mismatch.rules import (
     best_of,
     clock_shift,
     cost,
+    fine_bristles,
     foretold,
     other_curve,
     price,
@@ -52,6 +53,7 @@ FEW = 0.4  # of the samples: an effect that acts in more does not act in few pla
 MENDS = 0.7  # of the evidence from where a named effect acts: no second one, but how imperfectly the first is known
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 DETOURS = 2  # names that get a try where something likelier, but odd, kept them from being given
+TWICE = 2.0  # times the evidence of any name: physics in no catalogue that two names together do not outdo
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 FAMILIES = (
@@ -77,7 +79,8 @@ class Selection:
 
     Attributes:
         baseline: nothing but friction.
-        chosen: the model with all effects, and perhaps what is none: a shift of the clock, another Stribeck exponent.
+        chosen: the model with all effects, and perhaps what is none: a shift of the clock, another Stribeck
+            exponent, bristles of micrometres.
         steps: the effects, in the order of their finding.
         rivals: what was tried at each step.
         opening: what was tried for the first effect, as it was seen then.
@@ -137,10 +140,11 @@ def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Te
 
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
     may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
-    is needed, is the answer.
+    is needed, or is so much likelier than any name, is the answer.
     """
     strangers = [step.evidence for step in first.opening if step.refused == NO_NAME]
-    if any(told.unseen < PROVEN and foretold(told) for told in strangers):
+    most = min((step.evidence.bic for step in first.opening if step.guise.depends is None), default=0.0)
+    if any(foretold(told) and (told.unseen < PROVEN or told.bic < TWICE * most) for told in strangers):
         return first
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
     fair: dict[str, Step] = {}
@@ -172,7 +176,7 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         current, steps = explore(before, offered, unseen, progress, needed=needed)
         _improve(selection, current)
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
-        aside = (None if late else clock_shift(steps)) or other_curve(steps)
+        aside = (None if late else clock_shift(steps)) or other_curve(steps) or fine_bristles(steps)
         if aside is not None:
             selection.chosen = aside.fit
             continue
