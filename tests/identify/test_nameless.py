@@ -16,7 +16,7 @@ from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, refusal
+from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, fine_bristles, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.shapes import richest_stretch
 from identify.mismatch.ways import guises
@@ -582,3 +582,27 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
     for step in opening:
         step.misplaced = True
     assert Conclusion.holds_beside(turned, first) is (stands and "end_stop" not in beside)
+
+
+def test_bristles_as_stiff_as_can_be_told_are_taken_into_account_and_hide_nothing(monkeypatch):
+    """A step and a dead time of a tenth author's machines were hidden by micrometres that likelier contacts bend."""
+    monkeypatch.setattr("identify.mismatch.rules.cost", lambda fit: fit.price)
+    unknowns = (
+        Unknown("bristle_stiffness", 1e5, 1e3, 1e7, log=True),
+        Unknown("bristle_damping", 1.0, 0.1, 10.0, log=True),
+    )
+    guise = Guise(find("presliding_hysteresis"), unknowns, np.array([[1e5, 1.0]]), stiff=True)
+
+    def step(price, refused="a parameter ended on its bound", stiffest=True, foreseen=400.0, name=None):
+        problem = SimpleNamespace(guises=(guise,), slot=lambda _: slice(0, 2), bounds=(-np.ones(2), np.ones(2)))
+        fitted = SimpleNamespace(problem=problem, x=np.array([1.0 if stiffest else 0.3, 0.0]), price=price)
+        told = Comparison(price, 8.0, 0.8 * price, 0.5, 1.2, foreseen, 5.0)
+        return Step(fitted, SimpleNamespace(name=name) if name else guise, told, 1.0, refused, 1.0)
+
+    fine, lag = step(-3000.0), step(-2700.0, None, name="dead_time")
+    assert fine_bristles([fine, lag]) is fine
+    assert fine_bristles([fine, step(-3100.0, None, name="dead_time")]) is None, "a likelier name comes first"
+    assert fine_bristles([step(-3000.0, None), lag]) is None, "bristles that bend so far have a name"
+    assert fine_bristles([step(-3000.0, stiffest=False), lag]) is None
+    assert fine_bristles([step(-3000.0, foreseen=-10.0), lag]) is None
+    assert fine_bristles([step(-40.0)]) is None
