@@ -39,8 +39,8 @@ LONGEST = 0.3  # of the recording: a stretch of time that is longer is no event
 SLOW = 1.5  # s between the knots of a force that wanders
 MOST_KNOTS = 40
 SUDDEN = 150.0  # evidence for a spell ...
-SPELL = 0.85  # ... and its share of that for any slow force: healthy friction that wanders has 0.8 at most, ...
-DRAGS = 0.05  # ... and of the dry friction: where it has 0.8, its spells are of 4 %
+SPELLS = (0.85, 0.05), (0.6, 0.1)  # ... and its share of that for any slow force, with how much of the dry friction it
+# must be then: spells of healthy friction that wanders have shares of 0.8 and forces of 4.5 % at most
 WANDERS = 0.06  # of the dry friction, rms: friction itself wanders by less
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
@@ -161,9 +161,11 @@ def _spell(view: View, against: bool) -> Structure | None:
     evidence = likelier(view, gain / view.variance) - 4.0 * float(np.log(len(knots)))
     inside = start > 0 and end < len(knots) and 2 * (end - start) < len(knots)
     force = equal_force(seen[:, start:end], view.error)
-    if not inside or evidence < SUDDEN or force < DRAGS * view.fit.dry_level:
+    least = min(size for _, size in SPELLS) * view.fit.dry_level
+    if not inside or evidence < SUDDEN or force < least:
         return None
-    if evidence < SPELL * shape_of(view, seen).evidence:
+    share = evidence / max(shape_of(view, seen).evidence, 1e-300)
+    if not any(share >= most and force >= size * view.fit.dry_level for most, size in SPELLS):
         return None
     edges = edges_between(knots)
     interval = float(edges[start]), float(edges[end])
