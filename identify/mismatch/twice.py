@@ -35,7 +35,10 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
 
 
 def _leader(found: Conclusion) -> Step | None:
-    """What is far likelier than all else on top of the baseline, where unseen data are likelier by it; or None."""
+    """What is far likelier than all other names on top of the baseline, where unseen data are likelier by it; or None.
+
+    Physics in no catalogue must only be less likely: some of it acts in one place, and so does what is asked for here.
+    """
     if found.selection.aside or not found.selection.opening:
         return None
     first, *others = found.selection.opening
@@ -43,7 +46,8 @@ def _leader(found: Conclusion) -> Step | None:
     if first.guise.name in ONCE or told.bic > BIC_STRONG or told.foreseen < FORESEEN:
         return None
     lead = max(TIED_BIC, -KNOWN * told.bic)
-    if any(other.evidence.bic < told.bic + lead for other in others if other.guise.name != first.guise.name):
+    names = [other for other in others if other.guise.name != first.guise.name and other.guise.depends is None]
+    if any(other.evidence.bic < told.bic + lead for other in names):
         return None
     return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
 

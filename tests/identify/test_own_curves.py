@@ -145,7 +145,8 @@ def test_bounds_of_a_shape_are_not_those_of_the_effect():
 
 def step(name, price, refused=None, unseen=0.5, foreseen=100.0):
     told = Comparison(price, 8.0, price, 0.5, unseen, foreseen, 5.0)
-    return Step(price, SimpleNamespace(name=name), told, 1.0, refused, 1.0)
+    guise = SimpleNamespace(name=name, depends="position" if refused == NO_NAME else None)
+    return Step(price, guise, told, 1.0, refused, 1.0)
 
 
 @pytest.fixture
@@ -169,6 +170,17 @@ def test_nothing_is_put_together_from_names_where_one_stranger_leaves_next_to_no
     opening = [step("level_ripple", -353.0, NO_NAME, unseen=0.08, foreseen=698.0), step("rail_defect", -153.0)]
     first = Selection(None, None, opening=opening)
     assert select._around(first, [], None, lambda _: None) is first
+
+
+def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likely(priced, monkeypatch):
+    """A notch in a pulley: likelier by 10066 than friction alone, eccentricity and ripple by 2351 at most."""
+    tried = []
+    monkeypatch.setattr(select, "_forward", lambda begun, *_: tried.append(begun) or begun)
+    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    for evidence, detours in ((-10066.0, 0), (-3000.0, 1)):
+        opening = [step("sector_push", evidence, NO_NAME), step("torque_ripple", -2351.0)]
+        select._around(Selection(None, None, opening=opening), [], None, lambda _: None)
+        assert len(tried) == detours
 
 
 def test_a_denied_step_says_why():

@@ -17,12 +17,15 @@ from tests.identify.studies.naming import drawn
 TOLD = Comparison(-1900.0, 1.4, -120.0, 1.1, 1.06, 104.0, 1.2)
 
 
-def led_by(name="end_stop", second="rail_defect", behind=700.0, **changed):
+def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **changed):
     """A conclusion without a name, whose opening is led by `name`."""
     told = dataclasses.replace(TOLD, **changed)
     steps = [
-        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=told, fit=None, acting=5.0),
-        SimpleNamespace(guise=SimpleNamespace(name=second), evidence=dataclasses.replace(told, bic=told.bic + behind)),
+        SimpleNamespace(guise=SimpleNamespace(name=name, depends=None), evidence=told, fit=None, acting=5.0),
+        SimpleNamespace(
+            guise=SimpleNamespace(name=second, depends=depends),
+            evidence=dataclasses.replace(told, bic=told.bic + behind),
+        ),
     ]
     return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps))
 
@@ -56,6 +59,10 @@ def test_what_leads_in_both_with_sizes_that_agree_leads(sized):
 )
 def test_what_leads_in_one_only_is_no_name(sized, other):
     assert twice.told_twice(led_by(), led_by(**other)) is None
+
+
+def test_physics_outside_that_acts_in_one_place_too_need_not_be_far_behind(sized):
+    assert twice._leader(led_by(second="viscous_zone", behind=20.0, depends="position")) is not None
 
 
 def test_sizes_must_agree(sized, monkeypatch):
