@@ -17,7 +17,7 @@ from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
-from identify.mismatch.uncatalogued_places import interval, placed
+from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import TWO_PI, cos_turns
@@ -48,8 +48,6 @@ from plant.kernels.laws import (
 )
 from plant.kernels.step import FASTMATH
 
-TURN = 0.5 / math.pi
-SIDES = (1.0, -1.0)
 OPEN = 0.7  # of the travel, at most, before a pull begins: nearer to an end, it is a stop that gives back too little
 WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
