@@ -161,8 +161,7 @@ def _spell(view: View, against: bool) -> Structure | None:
     evidence = likelier(view, gain / view.variance) - 4.0 * float(np.log(len(knots)))
     inside = start > 0 and end < len(knots) and 2 * (end - start) < len(knots)
     force = equal_force(seen[:, start:end], view.error)
-    least = min(size for _, size in SPELLS) * view.fit.dry_level
-    if not inside or evidence < SUDDEN or force < least:
+    if not inside or evidence < SUDDEN:
         return None
     share = evidence / max(shape_of(view, seen).evidence, 1e-300)
     if not any(share >= most and force >= size * view.fit.dry_level for most, size in SPELLS):

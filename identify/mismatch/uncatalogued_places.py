@@ -86,18 +86,23 @@ VISCOUS_ZONE = Effect(
 )
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _in_sector(turns: float, angle: float, sharpness: float) -> float:
+    """1 in the middle of a sector of each turn, at `angle` [rad], and less away from it."""
+    value: float = exp_neg(sharpness * (1.0 - cos_turns(turns - TURN * angle)))
+    return value
+
+
 @law(TO_STEP)
 def _push_in_sector(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        turned = cos_turns(b[MIDDLE + j] / p[3 * LANES + j] - TURN * p[LANES + j])
-        b[FORCE + j] += p[j] * exp_neg(p[2 * LANES + j] * (1.0 - turned))
+        b[FORCE + j] += p[j] * _in_sector(b[MIDDLE + j] / p[3 * LANES + j], p[LANES + j], p[2 * LANES + j])
 
 
 @law(TO_STEP)
 def _rub_in_sector(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        turned = cos_turns(b[MIDDLE + j] / p[3 * LANES + j] - TURN * p[LANES + j])
-        b[LEVEL + j] += p[j] * exp_neg(p[2 * LANES + j] * (1.0 - turned))
+        b[LEVEL + j] += p[j] * _in_sector(b[MIDDLE + j] / p[3 * LANES + j], p[LANES + j], p[2 * LANES + j])
 
 
 _SECTOR = (
@@ -172,10 +177,9 @@ def placed(s: Setting) -> list[Guise]:
             ]
     onset = Unknown("onset", s.speed, 0.05 * s.speed, 10.0 * s.speed, log=True, spread=1.5)
     onsets = [share * s.speed for share in (0.3, 0.7, 1.2)]
-    for way in SIDES:
-        opens = Guise(VALVE, (force, onset), grid([0.1 * s.force], onsets), depends="velocity")
-        found.append(dataclasses.replace(opens, fixed=(("direction", way),)))
-    return found
+    opening = grid([0.1 * s.force], onsets)
+    ways = [Guise(VALVE, (force, onset), opening, fixed=(("direction", way),), depends="velocity") for way in SIDES]
+    return [*found, *ways]
 
 
 def interval(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
