@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 
 from identify.mismatch.bends import bend
 from identify.mismatch.compare import Comparison, Fit, compare, fit, trimmed
 from identify.mismatch.curve import CURVE
-from identify.mismatch.explore import explore
+from identify.mismatch.explore import REFITS, explore
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import Bools, acting
 from identify.mismatch.progress import Stage, Tell, unheard
@@ -42,6 +42,7 @@ from identify.preprocess import Samples
 
 Near = Callable[[Guise], Bools | None]
 Bends = Callable[[str], float]
+Looked = tuple[frozenset[Guise], frozenset[Guise], int]
 
 MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
@@ -54,6 +55,7 @@ MENDS = 0.7  # of the evidence from where a named effect acts: no second one, bu
 OPENINGS = 1  # names besides the first that get their own try: each costs as much as the first
 DETOURS = 2  # names that get a try where something likelier, but odd, kept them from being given
 TWICE = 2.0  # times the evidence of any name: physics in no catalogue that two names together do not outdo
+SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 FAMILIES = (
@@ -105,16 +107,52 @@ class Selection:
         return "dead_time" in self.aside
 
 
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What a search has to work with.
+
+    Attributes:
+        guises: what is on offer.
+        unseen: data that judge.
+        progress: who is told.
+        seen: what was found beyond a set of effects, and the fit of them it was found from: several ways lead there.
+    """
+
+    guises: list[Guise]
+    unseen: Samples
+    progress: Tell
+    seen: dict[Looked, tuple[Fit, Fit, list[Step]]] = field(default_factory=dict)
+
+    @property
+    def names(self) -> set[str]:
+        """Names of what is on offer."""
+        return {guise.name for guise in self.guises}
+
+    def explore(
+        self, current: Fit, names: Collection[str], most: int = REFITS, stage: Stage = Stage.SEARCH, needed: float = 0.0
+    ) -> tuple[Fit, list[Step]]:
+        """As `explore`, offering effects of these `names`; once per set of effects, unless a better fit shows."""
+        offered = [guise for guise in self.guises if guise.name in names]
+        looked = frozenset(current.problem.guises), frozenset(offered), most
+        known = self.seen.get(looked)
+        if known is not None and price(current) > price(known[0]) - SAME_FIT:
+            return known[1], known[2]
+        found = explore(current, offered, self.unseen, self.progress, most, stage, needed)
+        self.seen[looked] = (current, *found)
+        return found
+
+
 def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell = unheard) -> Selection:
     """Add effects one by one while one earns its name; where more than one does, begin with other names too.
 
     The first name is chosen while the others are missing. Where more than one effect is there, whatever came close to
     it then gets its own try with what is found on top of it.
     """
-    first = _forward(Selection(baseline, baseline), guises, unseen, progress)
+    search = Search(guises, unseen, progress)
+    first = _forward(Selection(baseline, baseline), search)
     if not first.steps:
-        return _around(first, guises, unseen, progress)
-    found = [first, *(_forward(begun, guises, unseen, progress) for begun in _other_openings(first))]
+        return _around(first, search)
+    found = [first, *(_forward(begun, search) for begun in _other_openings(first))]
     best = min(found, key=lambda one: cost(one.chosen))
     best.others = [one for one in found if one is not best and cost(one.chosen) < cost(best.chosen) + TIED_BIC]
     return best
@@ -135,7 +173,7 @@ def _other_openings(first: Selection) -> list[Selection]:
     return begun[:OPENINGS]
 
 
-def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
+def _around(first: Selection, search: Search) -> Selection:
     """Two names that together are likelier than what kept every single one from being given; or `first`.
 
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
@@ -152,7 +190,7 @@ def _around(first: Selection, guises: list[Guise], unseen: Samples, progress: Te
         fair.setdefault(step.guise.name, step)
     for step in list(fair.values())[:DETOURS]:
         begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
-        found = _forward(begun, guises, unseen, progress)
+        found = _forward(begun, search)
         kept = found.steps[0]
         fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
         if len(found.steps) > 1 and fits and cost(found.chosen) < likeliest - TIED_BIC:
@@ -165,15 +203,14 @@ def _hopeful(step: Step) -> bool:
     return step.refused is None or (not step.misplaced and agreed(step.evidence) and step.evidence.foreseen > FORESEEN)
 
 
-def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> Selection:
+def _forward(selection: Selection, search: Search) -> Selection:
     """Add effects one by one while one earns its name, then try to swap and to drop each."""
     looks = 0
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        offered = [guise for guise in guises if guise.name not in taken]
         needed = LESSER * (price(selection.baseline) - price(before))
-        current, steps = explore(before, offered, unseen, progress, needed=needed)
+        current, steps = search.explore(before, search.names - taken, needed=needed)
         _improve(selection, current)
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
         aside = (None if late else clock_shift(steps)) or other_curve(steps) or fine_bristles(steps)
@@ -195,9 +232,9 @@ def _forward(selection: Selection, guises: list[Guise], unseen: Samples, progres
         selection.chosen = best.fit
     _straighten(selection)
     if len(selection.steps) > 1:
-        _reconsider(selection, guises, unseen, progress)
+        _reconsider(selection, search)
     if selection.steps:
-        _try_twins(selection, guises, unseen, progress)
+        _try_twins(selection, search)
     return selection
 
 
@@ -275,7 +312,7 @@ def _straighten(selection: Selection) -> None:
         selection.steps[-1], selection.chosen = replace(last, fit=straight, evidence=evidence), straight
 
 
-def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
+def _reconsider(selection: Selection, search: Search) -> None:
     """Put each effect to the test once the others are in: is it still needed, and is it still it?
 
     Its twins compete, and whatever earned a name at any stage. A first name is chosen while the others are missing, and
@@ -286,12 +323,11 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         rest = without(selection.chosen, step.guise)
         kin = TWINS.get(step.guise.name, frozenset())
         taken = {s.guise.name for s in selection.steps if s is not step}
-        offered = [guise for guise in guises if guise.name in (kin | {step.guise.name} | earned) - taken]
-        rest, tried = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
+        rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
         so_far = price(selection.baseline) - price(rest)
         needed = max(-BIC, LESSER * so_far)
         steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
-        evidence = compare(rest, selection.chosen, unseen)
+        evidence = compare(rest, selection.chosen, search.unseen)
         index = selection.steps.index(step)
         mends = bool(kin & taken) and -evidence.bic < KIN * so_far and not agreed(evidence)
         if not steps and (mends or -evidence.bic < needed):
@@ -306,17 +342,16 @@ def _reconsider(selection: Selection, guises: list[Guise], unseen: Samples, prog
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
 
 
-def _try_twins(selection: Selection, guises: list[Guise], unseen: Samples, progress: Tell) -> None:
+def _try_twins(selection: Selection, search: Search) -> None:
     """Fit the last effect's twins that no shortlist had room for: a name is sure only where its twins were tried."""
     index = len(selection.steps) - 1
     last, tried = selection.steps[index], {step.guise.name for step in selection.rivals[index]}
     taken = {step.guise.name for step in selection.steps}
     untried = TWINS.get(last.guise.name, frozenset()) - tried - taken
-    offered = [guise for guise in guises if guise.name in untried]
-    if not offered:
+    if not untried & search.names:
         return
     rest = selection.baseline if len(selection.chosen.problem.guises) == 1 else without(selection.chosen, last.guise)
-    _, steps = explore(rest, offered, unseen, progress, AGAIN, Stage.TEST)
+    _, steps = search.explore(rest, untried, AGAIN, Stage.TEST)
     selection.rivals[index] = [*steps, *selection.rivals[index]]
     best = next((step for step in steps if step.refused is None), None)
     if best is not None and cost(best.fit) < cost(selection.chosen):

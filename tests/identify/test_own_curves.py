@@ -41,6 +41,10 @@ def read(folder):
     return axis, [read_recording_entry(entry, axis) for entry in axis.recordings]
 
 
+def nothing():
+    return select.Search([], None, lambda _: None)
+
+
 def hosts():
     return guises({name: find(name) for name in FREED}, setting(mass=30.0))  # the motor's share is more than nothing
 
@@ -169,7 +173,7 @@ def test_nothing_is_put_together_from_names_where_one_stranger_leaves_next_to_no
     monkeypatch.setattr(select, "_forward", lambda *_: pytest.fail("no detour is needed"))
     opening = [step("level_ripple", -353.0, NO_NAME, unseen=0.08, foreseen=698.0), step("rail_defect", -153.0)]
     first = Selection(None, None, opening=opening)
-    assert select._around(first, [], None, lambda _: None) is first
+    assert select._around(first, nothing()) is first
 
 
 def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likely(priced, monkeypatch):
@@ -179,7 +183,7 @@ def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likel
     monkeypatch.setattr(select, "refusal", lambda *_: None)
     for evidence, detours in ((-10066.0, 0), (-3000.0, 1)):
         opening = [step("sector_push", evidence, NO_NAME), step("torque_ripple", -2351.0)]
-        select._around(Selection(None, None, opening=opening), [], None, lambda _: None)
+        select._around(Selection(None, None, opening=opening), nothing())
         assert len(tried) == detours
 
 
@@ -204,12 +208,12 @@ def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkey
     told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.94, 41.0, 3.6)
     for name, made in {
         "price": prices.get, "cost": prices.get, "without": lambda *_: "rest", "compare": lambda *_: told,
-        "explore": lambda *_: ("rest", []),
     }.items():  # fmt: skip
         monkeypatch.setattr(select, name, made)
+    monkeypatch.setattr(select.Search, "explore", lambda *_: ("rest", []))
     steps = [step("coulomb_asymmetry", -evidence), step(kin, -1300.0)]
     selection = Selection("baseline", "chosen", list(steps), [[steps[0]], [steps[1]]], [steps[1]])
-    select._reconsider(selection, [], None, lambda _: None)
+    select._reconsider(selection, nothing())
     assert [one.guise.name for one in selection.steps] == ["coulomb_asymmetry"] * kept + [kin]
     assert selection.chosen == ("chosen" if kept else "rest")
 
