@@ -35,6 +35,8 @@ BLOCKS = 20  # pieces of the recording whose evidence must agree
 TAIL = 4.0  # degrees of freedom of prediction errors on unseen data
 PASSES = 20  # to their variance
 STRONG, DOUBTED = -60.0, 60.0  # evidence that is worth asking what friction was in unseen data, where theirs is less
+EXCESSIVE = 3.0  # times the evidence per sample of the fitted data: so much more is friction that was not known yet
+EVEN = 2.5  # z of the blocks of the fitted data: what they agree on less is told by unseen data, whatever friction was
 SETTLING = 10  # iterations
 FAVOURABLE = 2  # of them that an effect must be able to do without
 
@@ -157,28 +159,39 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     gains = np.stack([poorer.found.gain, richer.found.gain], axis=1)
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
     bic = price - 2.0 * float(sums.sum())
-    if max(bic, steady) < STRONG and 2.0 * float(foreseen.sum()) < DOUBTED:
-        one, other = (settled(fitted, unseen) for fitted in (poorer, richer))
+    more = 2.0 * float(foreseen.sum())
+    z = block_z(gained)
+    denied = max(bic, steady) < STRONG and more < DOUBTED
+    alone = more > DOUBTED and (z < EVEN or _support(more, unseen, gained, bic) > EXCESSIVE)
+    if denied or alone:
+        one, other = settled(poorer, unseen, richer), settled(richer, unseen, poorer)
         foreseen = _likelihood(other, unseen, gains) - _likelihood(one, unseen, gains)
         runs = runs[0], fairest_ratio(one, other, unseen)
-    more = 2.0 * float(foreseen.sum())
-    support = more / len(unseen) * len(gained) / max(-bic, 1.0)
+        more = 2.0 * float(foreseen.sum())
+    support = _support(more, unseen, gained, bic)
     again = 2.0 * _without_best(block_sums(foreseen))
     lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
-    return Comparison(bic, block_z(gained), steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1])
+    return Comparison(bic, z, steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1])
 
 
-def settled(fitted: Fit, samples: Samples) -> Fit:
+def _support(more: float, unseen: Samples, gained: Floats, bic: float) -> float:
+    """Evidence of unseen data per sample over that of the fitted ones. [1]"""
+    return more / len(unseen) * len(gained) / max(-bic, 1.0)
+
+
+def settled(fitted: Fit, samples: Samples, rival: Fit) -> Fit:
     """`fitted` on other samples, with friction as it was then: effects stay as they are, but friction changes.
 
     What an effect is may be told from what friction was meanwhile; that of another day, at other speeds, is another
-    friction, and no reason against the effect.
+    friction, and no reason against the effect, nor for it. Its friction begins at its own and at that of its `rival`.
     """
     there = fitted.on(samples)
     problem = there.problem
     effects = slice(problem.base, problem.p)
-    ends = polish_all(problem, there.x[None], fitted.found.gain, SETTLING, ROUGH, pinned=effects)
-    return Fit(problem, replace(there.found, x=ends.x[0], criterion=float(ends.loss[0])))
+    points = np.stack([there.x, there.x])
+    points[1, : problem.base] = rival.x[: problem.base]
+    ends = polish_all(problem, points, fitted.found.gain, SETTLING, ROUGH, pinned=effects)
+    return Fit(problem, replace(there.found, x=ends.x[ends.best], criterion=float(ends.loss[ends.best])))
 
 
 def _without_best(sums: Floats) -> float:

@@ -40,6 +40,7 @@ from identify.mismatch.rules import (
     HELD_OUT,
     LATE,
     NO_NAME,
+    OVERWHELMING,
     PROVEN,
     SMALLEST,
     SOLVED,
@@ -61,7 +62,7 @@ from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
 from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
-from identify.mismatch.wandering import ONCE
+from identify.mismatch.wandering import ONCE, OTHERS
 from plant.axis import Axis
 from plant.effects import find
 from plant.recording import Recording
@@ -70,7 +71,8 @@ REST = 0.0135  # of the dry friction: latent force beside a name, just above tha
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 CONFIRMED = 0.15  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
 MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
-LOUD = 0.03  # of the dry friction: latent force beside which nothing stands that leaves more than that of the error
+LOUD = 0.03  # of the dry friction: latent force beside which nothing stands that leaves more than that of the error,
+# but where fitted and unseen data are far likelier without the best blocks of either
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
@@ -91,6 +93,7 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
+ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
@@ -242,7 +245,8 @@ class Conclusion:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
-        if share > MUCH and after > LOUD * baseline.dry_level:
+        lasting = self._gained.steady < OVERWHELMING and self._gained.again > -OVERWHELMING
+        if share > MUCH and after > LOUD * baseline.dry_level and not lasting:
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
@@ -368,8 +372,10 @@ class Conclusion:
         """What a baseline that nothing is named beside leaves, the most evident first."""
         left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
         found = sorted([*left, *self._strange(self.selection.opening)], key=lambda one: -one.evidence)
-        if found or self.selection.steps:
+        if found:
             return found
+        if self.selection.steps:
+            return [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
         return zero_jumps(self.evidence.train) or self._misfits
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
@@ -384,10 +390,12 @@ class Conclusion:
     def _misfits(self) -> list[Structure]:
         """What an effect that may not be named would explain: something else acts along its coordinate.
 
-        A drag that is negative is none, but friction does bend over the speed where unseen data say so.
+        A drag that is negative is none, but friction does bend over the speed where unseen data say so; what steps more
+        than once is no step, but changes with time.
         """
         felt = [one for one in self.selection.opening if one.acting >= SMALLEST * one.fit.dry_level]
-        likely = [one for one in felt if (one.refused is None or one.misplaced) and _strong(one) and one.evidence.z > Z]
+        may_be = [one for one in felt if one.refused is None or one.misplaced or one.refused.startswith(OTHERS)]
+        likely = [one for one in may_be if _strong(one) and one.evidence.z > Z]
         return sorted((self._along(step) for step in likely), key=lambda one: -one.evidence)
 
     def _along(self, step: Step, like: str = "") -> Structure:
@@ -425,8 +433,7 @@ class Conclusion:
         if self.explains:
             return Verdict.EXPLAINED
         strays = self.evidence.kind == "time" and self._held_out(self._everyday) > STRAY * self.own
-        doubtful = strays or (bool(self.selection.steps) and not self.stands)
-        return Verdict.UNEXPLAINED if self.nameless or doubtful else Verdict.NO_MISMATCH
+        return Verdict.UNEXPLAINED if self.nameless or strays else Verdict.NO_MISMATCH
 
     def written(self) -> Diagnosis:
         """The answer."""
@@ -681,10 +688,18 @@ def _telling(step: Step) -> int:
 
 
 def _may_be_absent(effect: FoundEffect) -> bool:
-    """Whether the interval of the effect's size reaches zero."""
+    """Whether the interval of the effect's size reaches zero, or of what absence is infinite, far up."""
     sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
     intervals = [effect.parameters[name].ci95 for name in sizes if name in effect.parameters]
-    return any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)
+    reached = any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)
+    return reached or _endless(effect)
+
+
+def _endless(effect: FoundEffect) -> bool:
+    """Whether a stiffness or a limit may as well be so large that nothing of the effect is there."""
+    sizes = [part.name for part in find(effect.name).parameters if part.absent == np.inf]
+    known = [effect.parameters[name] for name in sizes if name in effect.parameters]
+    return any(one.ci95 is not None and one.ci95[1] > ENDLESS * one.value for one in known)
 
 
 def _unknown(effect: FoundEffect) -> bool:
@@ -692,7 +707,7 @@ def _unknown(effect: FoundEffect) -> bool:
     sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
     known = [effect.parameters[name] for name in sizes if name in effect.parameters]
     towards = [(one, one.ci95[0 if one.value > 0.0 else 1]) for one in known if one.ci95 is not None]
-    return any(abs(one.value - end) > WIDE * abs(one.value) for one, end in towards)
+    return _endless(effect) or any(abs(one.value - end) > WIDE * abs(one.value) for one, end in towards)
 
 
 def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:

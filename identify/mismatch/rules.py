@@ -183,14 +183,16 @@ def agreed(evidence: Comparison) -> bool:
     """True where the blocks of the recording agree.
 
     An effect that acts in few places has uneven evidence; it counts where enough is left without the best blocks (of
-    the unseen data too, where it is very uneven), or where unseen data are so much likelier, or predicted so much
-    better, that nothing else needs to agree.
+    the unseen data too, where it is very uneven; of overwhelming evidence, anything), or where unseen data are so much
+    likelier, or predicted so much better, that nothing else needs to agree.
     """
     if evidence.z >= (Z_STRONG if evidence.bic < BIC_STRONG else Z):
         return True
     if evidence.unseen < PROVEN and evidence.foreseen_z > Z_LEAST:
         return True
     if foretold(evidence):
+        return True
+    if evidence.steady < OVERWHELMING and evidence.foreseen > CONVINCING and evidence.again > 0.0:
         return True
     return evidence.steady < BIC_STRONG and (evidence.z >= Z_LEAST or evidence.again > FORESEEN)
 

@@ -176,6 +176,8 @@ def _other_openings(first: Selection) -> list[Selection]:
 def _around(first: Selection, search: Search) -> Selection:
     """Two names that together are likelier than what kept every single one from being given; or `first`.
 
+    Or one that was found beside another, which it then made unnecessary: it was not seen by itself.
+
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
     may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
     is needed, or is so much likelier than any name, is the answer.
@@ -193,7 +195,8 @@ def _around(first: Selection, search: Search) -> Selection:
         found = _forward(begun, search)
         kept = found.steps[0]
         fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
-        if len(found.steps) > 1 and fits and cost(found.chosen) < likeliest - TIED_BIC:
+        other = len(found.steps) > 1 or kept.guise.name != step.guise.name
+        if other and fits and cost(found.chosen) < likeliest - TIED_BIC:
             return found
     return first
 

@@ -14,6 +14,7 @@ MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
+OTHERS = "friction steps at other moments too"  # beginning of the reason
 ONCE = ("step_change", "thermal_drift")
 
 
@@ -41,7 +42,7 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     most = max(gain_of_one(view, one) for one in seen.T)
     if most < max(MORE * evidence, CHANCE):
         return None
-    return f"friction steps at other moments too (evidence {most:.0f} for one more)"
+    return f"{OTHERS} (evidence {most:.0f} for one more)"
 
 
 def moment_of(fitted: Fit) -> float:

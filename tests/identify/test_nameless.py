@@ -9,7 +9,7 @@ import pytest
 from identify.mismatch import locate, sensor_errors
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
-from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent
+from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent, _unknown
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.events import spell
@@ -19,6 +19,7 @@ from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, fine_bristles, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.shapes import richest_stretch
+from identify.mismatch.wandering import OTHERS
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples
 from plant.axis_file import read_axis
@@ -162,6 +163,13 @@ def test_evidence_from_few_places_counts_where_enough_is_left_without_the_best()
     assert block_sums(gained).sum() == pytest.approx(gained.sum())
 
 
+def test_overwhelming_evidence_from_few_places_needs_unseen_data_that_say_so_without_their_best_places_too():
+    """A torque limit met twice in the fitted data and once in the others: 2605 and 482, z of 1.7 and 1.2."""
+    assert agreed(Comparison(-2605.0, 1.7, -741.0, 0.6, 0.54, 482.0, 1.2, again=49.0))
+    assert not agreed(Comparison(-2605.0, 1.7, -741.0, 0.6, 0.54, 482.0, 1.2, again=-5.0))
+    assert not agreed(Comparison(-605.0, 1.7, -241.0, 0.6, 0.54, 482.0, 1.2, again=49.0))
+
+
 def test_unseen_data_that_speak_against_a_name_or_hardly_for_it_forbid_it():
     drag = drag_on_a_machine(25.0)
     fair = Comparison(-300.0, 6.0, -200.0, 0.7, 0.7, foreseen=180.0, foreseen_z=5.0, support=0.9)
@@ -197,6 +205,21 @@ def test_an_effect_whose_size_may_be_zero_is_not_named_wherever_it_is():
 
     assert _may_be_absent(defect(-1.0, 7.0))
     assert not _may_be_absent(defect(1.0, 5.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter"), [("presliding_hysteresis", "bristle_stiffness"), ("torque_saturation", "limit")]
+)
+def test_what_may_be_as_stiff_or_as_high_as_anything_may_be_absent(name, parameter):
+    """A film that lifts off was called bristles, somewhere between 0 and 2e7 N/m."""
+
+    def known(high):
+        return FoundEffect(name, 0.5, {parameter: Quantity(3e3, "N/m", (1e3, high))}, 3.0)
+
+    assert _may_be_absent(known(2e7))
+    assert _unknown(known(2e7))
+    assert not _may_be_absent(known(2e4))
+    assert not _unknown(known(2e4))
 
 
 def drive(lag, delay):
@@ -448,10 +471,29 @@ def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
     assert found.coordinate == "velocity"
     assert found.interval == pytest.approx((-0.99, 0.99))
     assert left(None), "likelier ones kept it from being named"
+    assert left(f"{OTHERS} (evidence 273 for one more)"), "friction that steps more than once changes all the same"
     assert not left("data it has not seen are predicted worse (1.10)")
     assert not left("its size of -48 is negative", unseen=0.81), "curves of healthy machines differ so, too"
     assert not left("its force of 0.1 is below 0.7", acting=0.1)
     assert not left("its size of -4 is negative", evidence=-30.0)
+
+
+@pytest.mark.parametrize(("unseen", "foreseen", "verdict"), [(0.5, 120.0, "unexplained"), (0.95, 40.0, "no_mismatch")])
+def test_a_name_that_does_not_stand_leaves_its_coordinate_where_two_of_three_tell_it(unseen, foreseen, verdict):
+    """A gap with evidence 68 of a healthy machine, that unseen data hardly saw, left `unexplained` without a place."""
+    told = Comparison(-68.0, 4.0, -40.0, 0.9, unseen, foreseen, 4.0)
+    gap = Step(None, SimpleNamespace(name="backlash", depends=None), told, 1.0, None, 1.0)
+    evidence, selection = SimpleNamespace(train=None, kind="recording"), SimpleNamespace(steps=[gap], opening=[])
+    left = Conclusion(None, 0, [], evidence, None, selection, [], None, None)
+    place = Structure("distance_since_reversal", (0.0, 0.1), 68.0, 4.0, 0.0)
+    for name, known in {"explains": False, "stands": False, "_bare": None}.items():
+        left.__dict__[name] = known
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("identify.mismatch.conclusion.structures", lambda *_, **__: [])
+        patch.setattr(Conclusion, "_along", lambda *_: place)
+        patch.setattr(evidence, "held_out", None, raising=False)
+        assert left.verdict.value == verdict
+        assert left.nameless == ([place] if verdict == "unexplained" else [])
 
 
 def test_a_nuisance_may_end_on_its_bound():

@@ -187,6 +187,38 @@ def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likel
         assert len(tried) == detours
 
 
+@pytest.mark.parametrize(("found", "named"), [("dwell_time_stiction", True), ("torque_saturation", False)])
+def test_a_name_that_made_the_one_it_was_found_beside_unnecessary_is_the_answer(priced, monkeypatch, found, named):
+    """Stiction after rests was not seen by itself; friction that sees the speed late was likelier than a limit."""
+    monkeypatch.setattr(
+        select, "_forward", lambda begun, *_: replace(begun, steps=[step(found, -5300.0)], chosen=-5300.0)
+    )
+    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    opening = [step("frictional_lag", -3378.0, NO_NAME), step("torque_saturation", -2586.0)]
+    answer = select._around(Selection(None, None, opening=opening), nothing())
+    assert [one.guise.name for one in answer.steps] == ([found] if named else [])
+
+
+def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(monkeypatch):
+    asked = []
+    monkeypatch.setattr(select, "explore", lambda current, *_: asked.append(current) or (current, [current.price]))
+    monkeypatch.setattr(select, "price", lambda fit: fit.price)
+    one, other = (next(guise for guise in hosts() if guise.name == name) for name in ("rail_defect", "torque_ripple"))
+    search = select.Search([one, other], None, lambda _: None)
+
+    def fitted(price, *names):
+        return SimpleNamespace(price=price, problem=SimpleNamespace(guises=names))
+
+    first = search.explore(fitted(-100.0, one), {"torque_ripple"})
+    assert search.explore(fitted(-100.5, one), {"torque_ripple"}) == first
+    assert search.explore(fitted(-90.0, one), {"torque_ripple"}) == first
+    assert search.explore(fitted(-102.0, one), {"torque_ripple"})[1] == [-102.0]
+    assert search.explore(fitted(-90.0, one), {"torque_ripple"})[1] == [-102.0]
+    search.explore(fitted(-100.0, one, other), {"torque_ripple"})
+    search.explore(fitted(-100.0, one), {"rail_defect"})
+    assert len(asked) == 4
+
+
 def test_a_denied_step_says_why():
     denied = step("rail_defect", -300.0, f"{OWN_CURVE}: all of it one way")
     assert denied.misplaced

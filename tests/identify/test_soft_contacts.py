@@ -1,5 +1,6 @@
 """Flanks that give, belts that harden, and a likelihood of many peaks: what a soft contact is not to be taken for."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from identify.criterion import FREE
 from identify.mismatch import rugged
-from identify.mismatch.compare import fit, settled
+from identify.mismatch.compare import _likelihood, compare, fit, settled
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.rules import NO_NAME
@@ -97,8 +98,9 @@ def test_a_population_climbs_across_peaks_that_a_slope_ends_on(monkeypatch):
     assert found.x[0] == pytest.approx(1.0, abs=0.02)
 
 
-def test_unseen_data_are_judged_with_the_friction_of_their_day():
-    """Friction of another day is no reason against an effect: the effect stays, friction is fitted again."""
+@pytest.fixture(scope="module")
+def days():
+    """A spring's machine fitted yesterday, and what was recorded today, when its dry friction was another."""
     rng = np.random.default_rng(5)
     t = np.arange(1500) * 0.01
     force = 120.0 * np.sin(2 * np.pi * 0.7 * t) + 20.0 * rng.standard_normal(1500).cumsum() / 40.0
@@ -113,14 +115,30 @@ def test_unseen_data_are_judged_with_the_friction_of_their_day():
                 y += 5e-4 * v
         return prepare(Recording(t, force, np.array(seen), sample_time=0.01), FLAT)
 
-    yesterday, today = moved(30.0), moved(50.0)
     (spring,) = guises({"position_spring": find("position_spring")}, setting(FLAT, mass=MASS + MOTOR_MASS))
-    problem = ExtendedProblem(yesterday, FLAT).including((spring,))
-    found = fit(problem, np.zeros((1, problem.size)) + 0.1)
-    again = settled(found, today)
-    slot = found.problem.slot(spring)
+    problem = ExtendedProblem(moved(30.0), FLAT).including((spring,))
+    return fit(problem, np.zeros((1, problem.size)) + 0.1), moved(50.0)
+
+
+def test_unseen_data_are_judged_with_the_friction_of_their_day(days):
+    """Friction of another day is no reason against an effect: the effect stays, friction is fitted again."""
+    found, today = days
+    again = settled(found, today, found)
+    slot = found.problem.slot(found.problem.guises[0])
     assert again.x[slot] == pytest.approx(found.x[slot], abs=1e-12)
     assert again.short_run() < 0.5 * found.on(today).short_run()
+
+
+def test_friction_that_happens_to_be_that_of_unseen_data_is_no_evidence(days):
+    """A soft transmission was foretold with 2756, for its fit had found another friction: with that fitted, by -133."""
+    found, today = days
+    x = np.append(settled(found, today, found).x[: found.problem.p], found.x[-2:])
+    luckier = replace(found, found=replace(found.found, x=x))
+    gains = np.stack([found.found.gain] * 2, axis=1)
+    assert 2.0 * (_likelihood(luckier, today, gains) - _likelihood(found, today, gains)).sum() > 250.0
+    told = compare(found, luckier, today)
+    assert abs(told.foreseen) < 5.0
+    assert told.unseen == pytest.approx(1.0, abs=0.02)
 
 
 @pytest.mark.parametrize(("stranger", "recognised"), [(900.0, True), (500.0, False)])
