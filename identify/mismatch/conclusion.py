@@ -375,8 +375,9 @@ class Conclusion:
         if found:
             return found
         if self.selection.steps:
-            return [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
-        return zero_jumps(self.evidence.train) or self._misfits
+            told = [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
+            return told or self._strayed
+        return zero_jumps(self.evidence.train) or self._misfits or self._strayed
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
         """What physics that is in no catalogue would explain, or an effect but for how its own curve bends."""
@@ -385,6 +386,16 @@ class Conclusion:
             *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
             *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),
         ]
+
+    @property
+    def _strayed(self) -> list[Structure]:
+        """The rest of a recording, where it is not as what was fitted of it would have it."""
+        ratio = self._held_out(self._everyday) / max(self.own, 1e-300)
+        if self.evidence.kind != "time" or ratio <= STRAY:
+            return []
+        rest = self.evidence.held_out.t
+        evidence = len(self.evidence.train) * float(np.log(ratio))
+        return [Structure("time", (float(rest.min()), float(rest.max())), evidence, Z, 0.0)]
 
     @property
     def _misfits(self) -> list[Structure]:
@@ -432,8 +443,7 @@ class Conclusion:
         """The answer in a word."""
         if self.explains:
             return Verdict.EXPLAINED
-        strays = self.evidence.kind == "time" and self._held_out(self._everyday) > STRAY * self.own
-        return Verdict.UNEXPLAINED if self.nameless or strays else Verdict.NO_MISMATCH
+        return Verdict.UNEXPLAINED if self.nameless else Verdict.NO_MISMATCH
 
     def written(self) -> Diagnosis:
         """The answer."""
