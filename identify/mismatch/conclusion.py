@@ -390,8 +390,10 @@ class Conclusion:
     @property
     def _strayed(self) -> list[Structure]:
         """The rest of a recording, where it is not as what was fitted of it would have it."""
+        if self.evidence.kind != "time":
+            return []
         ratio = self._held_out(self._everyday) / max(self.own, 1e-300)
-        if self.evidence.kind != "time" or ratio <= STRAY:
+        if ratio <= STRAY:
             return []
         rest = self.evidence.held_out.t
         evidence = len(self.evidence.train) * float(np.log(ratio))

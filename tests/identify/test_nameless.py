@@ -496,6 +496,20 @@ def test_a_name_that_does_not_stand_leaves_its_coordinate_where_two_of_three_tel
         assert left.nameless == ([place] if verdict == "unexplained" else [])
 
 
+@pytest.mark.parametrize(
+    ("kind", "error", "told"), [("time", 0.2, True), ("time", 0.05, False), ("recording", 0.2, False)]
+)
+def test_the_rest_of_a_recording_that_is_not_as_its_beginning_is_where_something_is_missing(kind, error, told):
+    evidence = SimpleNamespace(kind=kind, train=np.zeros(100), held_out=SimpleNamespace(t=np.array([36.0, 59.99])))
+    left = Conclusion(None, 0, [], evidence, None, None, [], None, None)
+    left.__dict__.update(own=0.01)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Conclusion, "_held_out", lambda *_: error)
+        patch.setattr(Conclusion, "_everyday", None)
+        found = left._strayed
+    assert [(one.coordinate, one.interval) for one in found] == [("time", (36.0, 59.99))] * told
+
+
 def test_a_nuisance_may_end_on_its_bound():
     """How far a contact slips until it is young again is told by nobody; how much it rose is."""
     names, one = ("stiction_rise", "time_constant", "slip"), np.ones(3)
