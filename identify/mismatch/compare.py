@@ -38,6 +38,7 @@ STRONG, DOUBTED = -60.0, 60.0  # evidence that is worth asking what friction was
 EXCESSIVE = 3.0  # times the evidence per sample of the fitted data: so much more is friction that was not known yet
 EVEN = 2.5  # z of the blocks of the fitted data: what they agree on less is told by unseen data, whatever friction was
 SETTLING = 10  # iterations
+ONCE = ("step_change", "thermal_drift")  # happen in time: after them, friction is another
 FAVOURABLE = 2  # of them that an effect must be able to do without
 
 
@@ -162,7 +163,8 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     more = 2.0 * float(foreseen.sum())
     z = block_z(gained)
     denied = max(bic, steady) < STRONG and more < DOUBTED
-    alone = more > DOUBTED and (z < EVEN or _support(more, unseen, gained, bic) > EXCESSIVE)
+    lasts = not any(guise.name in ONCE or guise.depends == "time" for guise in richer.problem.guises)
+    alone = lasts and more > DOUBTED and (z < EVEN or _support(more, unseen, gained, bic) > EXCESSIVE)
     if denied or alone:
         one, other = settled(poorer, unseen, richer), settled(richer, unseen, poorer)
         foreseen = _likelihood(other, unseen, gains) - _likelihood(one, unseen, gains)

@@ -13,7 +13,7 @@ from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
-from identify.mismatch.compare import Comparison, Fit, compare, fairest_ratio
+from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
@@ -62,7 +62,7 @@ from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
 from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
-from identify.mismatch.wandering import ONCE, OTHERS
+from identify.mismatch.wandering import OTHERS
 from plant.axis import Axis
 from plant.effects import find
 from plant.recording import Recording
@@ -93,6 +93,8 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
+MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
+PASSING = 0.3  # of the longest recording: nor what is over sooner where another recording tells that name
 ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
@@ -264,9 +266,15 @@ class Conclusion:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
         little = LITTLE * min(step.acting for step in self.selection.steps) if share < PROVEN else 0.0
-        left = [s for s in self.left if not 0.0 < s.force < little]
+        left = [s for s in self.left if not 0.0 < s.force < little and not self._passing(s)]
         solved = share < PROVEN and decided(self._gained) and self._gained.lacking < PROVEN
         return all(s.evidence < (1.0 if solved or s.coordinate in beside else LEFT) * explained for s in left)
+
+    def _passing(self, found: Structure) -> bool:
+        """Whether it came and went: beside a moment anything may be true, beside more what another recording tells."""
+        told = self.evidence.kind == "recording" and foretold(self._gained)
+        longest = PASSING * self._duration if told else MOMENT
+        return found.coordinate == "time" and found.interval[1] - found.interval[0] <= longest
 
     @cached_property
     def _evidence(self) -> float:

@@ -95,7 +95,13 @@ def stretch(view: View) -> Structure | None:
     window = np.clip(1.0 - np.abs(samples.t[:, None] - centres) / SHORT, 0.0, None)
     forces = np.stack([window, window * direction[:, None]], axis=2).reshape(len(samples), -1)
     gains = gains_of_pairs(view, forces)
-    low, high, best = _richest(gains - STANDS_OUT * max(float(np.median(gains)), 2.0))
+    excess = gains - STANDS_OUT * max(float(np.median(gains)), 2.0)
+    low, high, best = _richest(excess)
+    top = low + int(np.argmax(excess[low:high]))
+    first, last = max(top - 1, low), min(top + 2, high)  # the windows that one moment is in
+    moment = float(excess[first:last].sum())
+    if best - moment < EVENT * (high - low - (last - first)):
+        low, high, best = first, last, moment
     sure = best > max(EVIDENCE, EVENT * (high - low)) and gains[low:high].sum() > ALONE * gains.sum()
     if not sure or (high - low) > LONGEST * len(gains):
         return None

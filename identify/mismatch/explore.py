@@ -98,12 +98,14 @@ def explore(
 def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> Iterator[Step]:
     """The steps of `looks`, most promising first: those that gained `least` and not too little beside the best, fitted.
 
+    So is what has no slope where it is absent and whose short polish ended far below that: it has not arrived.
     As many at once as there are threads: what turns out not to be worth it beside one of the same wave is dropped.
     """
     best, width = 0.0, allowed()
 
     def worth_it(look: Look) -> bool:
-        return look.gained >= max(least, -LITTLE * best)
+        under_way = look.guise.name in NO_SLOPE and look.gained < -PROMISING
+        return under_way or look.gained >= max(least, -LITTLE * best)
 
     for begin in range(0, len(looks), width):
         wave = looks[begin : begin + width]

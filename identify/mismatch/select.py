@@ -192,7 +192,7 @@ def _around(first: Selection, search: Search) -> Selection:
         fair.setdefault(step.guise.name, step)
     for step in list(fair.values())[:DETOURS]:
         begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
-        found = _forward(begun, search)
+        found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
         fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
         other = len(found.steps) > 1 or kept.guise.name != step.guise.name
@@ -206,13 +206,17 @@ def _hopeful(step: Step) -> bool:
     return step.refused is None or (not step.misplaced and agreed(step.evidence) and step.evidence.foreseen > FORESEEN)
 
 
-def _forward(selection: Selection, search: Search) -> Selection:
-    """Add effects one by one while one earns its name, then try to swap and to drop each."""
+def _forward(selection: Selection, search: Search, least: float = 0.0) -> Selection:
+    """Add effects one by one while one earns its name, then try to swap and to drop each.
+
+    What a second one needs may be known to be at `least` so much evidence.
+    """
     looks = 0
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        needed = LESSER * (price(selection.baseline) - price(before))
+        so_far = price(selection.baseline) - price(before)
+        needed = max(LESSER * so_far, least if len(selection.steps) == 1 else 0.0)
         current, steps = search.explore(before, search.names - taken, needed=needed)
         _improve(selection, current)
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import dataclasses
 
+from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, misplacement
 from identify.mismatch.select import Selection
-from identify.mismatch.wandering import ONCE
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.mismatch.compare import Fit
+from identify.mismatch.compare import ONCE, Fit
 from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import gain_of_one
 from identify.mismatch.probes import View
@@ -15,7 +15,6 @@ CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 OTHERS = "friction steps at other moments too"  # beginning of the reason
-ONCE = ("step_change", "thermal_drift")
 
 
 def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
