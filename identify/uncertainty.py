@@ -93,11 +93,12 @@ def breakaway_variance(problem: FrictionProblem, x: Floats, gain: Floats) -> flo
 
 
 def step_error(problem: FrictionProblem, x: Floats, gain: Floats) -> Floats:
-    """What marching in steps may still do to the predictions: their change under steps twice as long. [m] (n,)
+    """What marching in steps may still do to the predictions: their change under steps half as long. [m] (n,)
 
-    Of a second-order scheme a third of it remains; half is taken, for reversals are less than second order.
+    Of a second-order scheme four thirds of it remain; twice is taken, for reversals are less than second order. Longer
+    steps would tell as much, but a delay of one step would be none of theirs.
     """
     own = problem.samples.sample_time / problem.substeps
-    rough = problem.refined(2.0 * own)
-    change = rough.errors(x[None], gain)[:, 0] - problem.jacobian(x, gain)[0]
-    return np.asarray(0.5 * change, dtype=np.float64)
+    fine = problem.refined(0.5 * own)
+    change = fine.errors(x[None], gain)[:, 0] - problem.jacobian(x, gain)[0]
+    return np.asarray(2.0 * change, dtype=np.float64)

@@ -78,8 +78,8 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
     """A spring and its damping, where there are two masses that swing slower than half the sample rate."""
     if not _two_masses(s):
         return []
-    motor, load = s.mass - s.axis.mechanics.M, s.axis.mechanics.M
-    swings = motor * load / s.mass
+    load = s.axis.mechanics.M / s.axis.mechanics.moving_mass
+    swings = (1.0 - load) * load * s.mass
     light = min(1.0, swings / LIGHT)
     stiffest = min(1e6, _stiffest(s, swings))
     unknowns = (
@@ -97,9 +97,9 @@ def _stiffest(s: Setting, mass: float) -> float:
 
 
 def _two_masses(s: Setting) -> bool:
-    """True where the axis file splits the inertia into motor and load."""
+    """True where the axis file splits the inertia into motor and load; how much it is in all may be unknown."""
     mechanics = s.axis.mechanics
-    return mechanics.inertia_known and mechanics.M > 0 and mechanics.J > 0 and not s.axis.is_rotary
+    return mechanics.M > 0 and mechanics.J > 0 and not s.axis.is_rotary
 
 
 def dwell(e: Effect, s: Setting) -> list[Guise]:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import locate, sensor_errors
+from identify.mismatch import events, locate, sensor_errors
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent, _unknown
@@ -411,9 +411,47 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
         final=fit, plain=bare, _bare=bare, _everyday=bare, own=1.0, blind=True, left=[], _odder=False,
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
-        _held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past,
+        _held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past, _passing=lambda _: False,
         _gained=Comparison(-450.0, 14.0, -380.0, 0.1, 0.3, 350.0, foreseen_z, lacking=0.3),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "interval", "kind", "foreseen", "passes"),
+    [
+        ("time", (27.0, 39.0), "recording", 679.0, True),
+        ("time", (27.0, 41.0), "recording", 679.0, False),
+        ("time", (27.0, 39.0), "recording", 30.0, False),
+        ("time", (27.0, 39.0), "time", 679.0, False),
+        ("time", (27.0, 28.25), "time", 30.0, True),
+        ("position", (0.0, 0.1), "recording", 679.0, False),
+    ],
+)
+def test_what_came_and_went_takes_no_name_that_another_recording_tells(coordinate, interval, kind, foreseen, passes):
+    """One slow pass of the fitted recording kept the name of an asymmetry that the other told with 679."""
+    told = SimpleNamespace(
+        evidence=SimpleNamespace(kind=kind), _gained=Comparison(-196.0, 1.4, -39.0, 0.9, 0.7, foreseen, 5.6),
+        _duration=45.0,
+    )  # fmt: skip
+    assert Conclusion._passing(told, Structure(coordinate, interval, 2322.0, 7.0, 10.0)) is passes
+
+
+@pytest.mark.parametrize(("each", "jolt", "length"), [(22.0, 2400.0, 1.0), (40.0, 0.0, 5.25), (40.0, 400.0, 5.25)])
+def test_a_stretch_of_time_is_no_longer_than_what_happened_in_it(monkeypatch, each, jolt, length):
+    """Windows after a jolt that hold a little evidence each do not make it last for seconds."""
+    gains = np.full(118, 2.0)
+    gains[40:60] = each
+    gains[44] += jolt
+    monkeypatch.setattr(events, "gains_of_pairs", lambda *_: gains)
+    monkeypatch.setattr(events, "coordinates", lambda *_: {"direction": np.ones(3000)})
+    monkeypatch.setattr(events, "net_force", lambda *_: 5.0)
+    monkeypatch.setattr(events, "shape_of", lambda *_: SimpleNamespace(weights=1.0))
+    never, once = np.zeros(3000), np.zeros(3000, dtype=np.int64)
+    samples = Samples(0.01 * np.arange(3000), never, never, never, once, once == 0, 0.01, linear=False)
+    problem = SimpleNamespace(samples=samples, axis=None)
+    view = SimpleNamespace(fit=SimpleNamespace(problem=problem, dry_level=10.0), responses=lambda forces: forces)
+    found = events.stretch(view)
+    assert found.interval[1] - found.interval[0] == pytest.approx(length)
 
 
 def test_names_that_predict_little_better_pay_only_where_unseen_data_agree():

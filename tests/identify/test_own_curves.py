@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import probes, select
+from identify.mismatch import explore, probes, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.conclusion import BENT, Conclusion
 from identify.mismatch.diagnosis import diagnose
@@ -14,7 +14,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import OWN_CURVE
 from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import NO_NAME, Step, at_edge, bent_to_edge, best_of
+from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of
 from identify.mismatch.select import Selection
 from identify.mismatch.ways import TAILORED, guises
 from identify.observer import gain_table
@@ -217,6 +217,33 @@ def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(mon
     search.explore(fitted(-100.0, one, other), {"torque_ripple"})
     search.explore(fitted(-100.0, one), {"rail_defect"})
     assert len(asked) == 4
+
+
+def test_what_has_no_slope_is_fitted_where_its_first_look_is_still_under_way(monkeypatch):
+    """Stiction after rests ended 683 below where it began at a first look, and 5415 above in full."""
+
+    class Seen(SimpleNamespace):
+        __hash__ = object.__hash__
+
+    def look(name, gained):
+        return Seen(guise=SimpleNamespace(name=name), gained=gained, unfitted=lambda _: step(name, 0.0, "few"))
+
+    looks = [look("rail_defect", 90.0), look("dwell_time_stiction", -683.0), look("end_stop", -683.0),
+             look("thermal_drift", -3.0)]  # fmt: skip
+    fitted = []
+    monkeypatch.setattr(explore, "_full", lambda seen: fitted.append(seen.guise.name))
+    monkeypatch.setattr(explore, "_weighed", lambda *_: step("x", -90.0))
+    assert len(list(explore._fitted(None, looks, 15.0, None))) == 4
+    assert fitted == ["rail_defect", "dwell_time_stiction"]
+
+
+def test_a_detour_fits_only_what_could_lead_past_what_is_likelier(priced, monkeypatch):
+    asked = []
+    monkeypatch.setattr(select, "_forward", lambda begun, _, least: asked.append(least) or begun)
+    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    opening = [step("sector_push", -3000.0, NO_NAME), step("torque_ripple", -2351.0)]
+    select._around(Selection(None, None, opening=opening), nothing())
+    assert asked == [3000.0 - 2351.0 + TIED_BIC]
 
 
 def test_a_denied_step_says_why():
