@@ -445,7 +445,7 @@ def test_a_stretch_of_time_is_no_longer_than_what_happened_in_it(monkeypatch, ea
     monkeypatch.setattr(events, "gains_of_pairs", lambda *_: gains)
     monkeypatch.setattr(events, "coordinates", lambda *_: {"direction": np.ones(3000)})
     monkeypatch.setattr(events, "net_force", lambda *_: 5.0)
-    monkeypatch.setattr(events, "shape_of", lambda *_: SimpleNamespace(weights=1.0))
+    monkeypatch.setattr(events, "shape_of", lambda _, seen: SimpleNamespace(weights=np.ones(seen.shape[1])))
     never, once = np.zeros(3000), np.zeros(3000, dtype=np.int64)
     samples = Samples(0.01 * np.arange(3000), never, never, never, once, once == 0, 0.01, linear=False)
     problem = SimpleNamespace(samples=samples, axis=None)
