@@ -94,7 +94,7 @@ MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
-PASSING = 0.3  # of the longest recording: nor what is over sooner where another recording tells that name
+PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
 ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
@@ -271,9 +271,8 @@ class Conclusion:
         return all(s.evidence < (1.0 if solved or s.coordinate in beside else LEFT) * explained for s in left)
 
     def _passing(self, found: Structure) -> bool:
-        """Whether it came and went: beside a moment anything may be true, beside more what another recording tells."""
-        told = self.evidence.kind == "recording" and foretold(self._gained)
-        longest = PASSING * self._duration if told else MOMENT
+        """Whether it came and went: beside a moment anything may be true, beside more what unseen data tell, too."""
+        longest = PASSING * self._duration if foretold(self._gained) else MOMENT
         return found.coordinate == "time" and found.interval[1] - found.interval[0] <= longest
 
     @cached_property

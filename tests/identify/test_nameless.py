@@ -417,22 +417,18 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
 
 
 @pytest.mark.parametrize(
-    ("coordinate", "interval", "kind", "foreseen", "passes"),
+    ("coordinate", "interval", "foreseen", "passes"),
     [
-        ("time", (27.0, 39.0), "recording", 679.0, True),
-        ("time", (27.0, 41.0), "recording", 679.0, False),
-        ("time", (27.0, 39.0), "recording", 30.0, False),
-        ("time", (27.0, 39.0), "time", 679.0, False),
-        ("time", (27.0, 28.25), "time", 30.0, True),
-        ("position", (0.0, 0.1), "recording", 679.0, False),
+        ("time", (27.0, 39.0), 679.0, True),
+        ("time", (27.0, 41.0), 679.0, False),
+        ("time", (27.0, 39.0), 30.0, False),
+        ("time", (27.0, 28.25), 30.0, True),
+        ("position", (0.0, 0.1), 679.0, False),
     ],
 )
-def test_what_came_and_went_takes_no_name_that_another_recording_tells(coordinate, interval, kind, foreseen, passes):
+def test_what_came_and_went_takes_no_name_that_unseen_data_tell(coordinate, interval, foreseen, passes):
     """One slow pass of the fitted recording kept the name of an asymmetry that the other told with 679."""
-    told = SimpleNamespace(
-        evidence=SimpleNamespace(kind=kind), _gained=Comparison(-196.0, 1.4, -39.0, 0.9, 0.7, foreseen, 5.6),
-        _duration=45.0,
-    )  # fmt: skip
+    told = SimpleNamespace(_gained=Comparison(-196.0, 1.4, -39.0, 0.9, 0.7, foreseen, 5.6), _duration=45.0)
     assert Conclusion._passing(told, Structure(coordinate, interval, 2322.0, 7.0, 10.0)) is passes
 
 
