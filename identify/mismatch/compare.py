@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from identify.criterion import FREE, RUN_LENGTH, noise_level, restarted, short_run_criterion
 from identify.judge import median_speed
 from identify.latent import latent_force
+from identify.mismatch.clock import APART
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.observer import gain_table
@@ -72,7 +73,27 @@ class Fit:
     @cached_property
     def spread(self) -> Uncertainty:
         """Uncertainty of all unknowns."""
-        return uncertainty(self.problem, self.x, self.found.gain)
+        clock = next((guise for guise in self.problem.guises if guise.name == APART.name), None)
+        if clock is None or self.x[self.problem.slot(clock)].any():
+            return uncertainty(self.problem, self.x, self.found.gain)
+        return self._spread_about(clock)
+
+    def _spread_about(self, clock: Guise) -> Uncertainty:
+        """The same where the clocks agree: data that do not tell them apart add nothing to how well they are known."""
+        problem, index = self.problem, self.problem.slot(clock).start
+        known = trimmed(self, tuple(guise for guise in problem.guises if guise is not clock)).spread
+        others = np.delete(np.arange(problem.size), index)
+        error, slope = problem.jacobian(self.x, self.found.gain)
+        doubt = problem.prior[1]
+        free = others[~known.at_bound]
+        variance = float(error @ error) / problem.samples.used + 1e-300
+        normal = slope[:, free].T @ slope[:, free] / variance + np.diag(1.0 / doubt[free] ** 2)
+        moved = np.zeros(problem.size)  # by clocks that are apart by a standard deviation
+        moved[free] = -np.linalg.solve(normal, slope[:, free].T @ slope[:, index]) / variance * doubt[index]
+        moved[index] = doubt[index]
+        covariance = np.outer(moved, moved)
+        covariance[np.ix_(others, others)] += known.covariance
+        return Uncertainty(covariance, np.insert(known.at_bound, index, values=False), known.inflation)
 
     def on(self, samples: Samples, first_state: Floats | None = None) -> Fit:
         """The same model and unknowns on other samples, from their measured starts or from a state each. (runs, 2)"""

@@ -9,10 +9,12 @@ from scipy.integrate import solve_ivp
 
 from identify.criterion import FREE
 from identify.mismatch import rugged
+from identify.mismatch.clock import DOUBT, clock
 from identify.mismatch.compare import _likelihood, compare, fit, settled
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.rules import NO_NAME
+from identify.mismatch.score import extend
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import GIVES, soft_gap
 from identify.preprocess import prepare
@@ -139,6 +141,24 @@ def test_friction_that_happens_to_be_that_of_unseen_data_is_no_evidence(days):
     told = compare(found, luckier, today)
     assert abs(told.foreseen) < 5.0
     assert told.unseen == pytest.approx(1.0, abs=0.02)
+
+
+def test_clocks_that_agree_are_known_as_well_as_anybody_knows_them(days):
+    """A dead time of half a sample had an interval of more than itself: coloured errors seemed to know the clocks."""
+    found, _ = days
+    (late,) = guises({"dead_time": find("dead_time")}, setting(FLAT, mass=MASS + MOTOR_MASS))
+    both = found.problem.including((*found.problem.guises, late))
+    x = np.insert(found.x, both.slot(late).start, 0.25)
+    delayed = replace(found, problem=both, found=replace(found.found, x=x))
+    way = clock(0.01, held=True)
+    problem, x = extend(delayed, way, np.array([[0.0]]))
+    spread = replace(delayed, problem=problem, found=replace(delayed.found, x=x[0])).spread
+    clocks, delay = problem.slot(way).start, problem.slot(late).start
+    assert spread.covariance[clocks, clocks] == pytest.approx(DOUBT**2)
+    own = delayed.spread.covariance[delayed.problem.slot(late).start, delayed.problem.slot(late).start]
+    unit = 0.01 / late.unknowns[0].unit  # of the clock, in those of the delay
+    assert spread.covariance[delay, clocks] == pytest.approx(-unit * DOUBT**2, rel=0.05)
+    assert spread.covariance[delay, delay] == pytest.approx(own + (unit * DOUBT) ** 2, rel=0.05)
 
 
 @pytest.mark.parametrize(("stranger", "recognised"), [(900.0, True), (500.0, False)])
