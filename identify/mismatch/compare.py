@@ -172,7 +172,7 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     extra = richer.problem.p - poorer.problem.p
     price = extra * float(np.log(richer.problem.samples.used))
     sums = block_sums(gained)
-    steady = price - 2.0 * _without_best(sums)
+    steady = price - 2.0 * without_best(sums)
     both = [
         (free_run_ratio(poorer, richer, None, length), free_run_ratio(poorer, richer, unseen, length))
         for length in run_lengths(poorer)
@@ -192,7 +192,7 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
         runs = runs[0], fairest_ratio(one, other, unseen)
         more = 2.0 * float(foreseen.sum())
     support = _support(more, unseen, gained, bic)
-    again = 2.0 * _without_best(block_sums(foreseen))
+    again = 2.0 * without_best(block_sums(foreseen))
     lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
     return Comparison(bic, z, steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1])
 
@@ -217,7 +217,7 @@ def settled(fitted: Fit, samples: Samples, rival: Fit) -> Fit:
     return Fit(problem, replace(there.found, x=ends.x[ends.best], criterion=float(ends.loss[ends.best])))
 
 
-def _without_best(sums: Floats) -> float:
+def without_best(sums: Floats) -> float:
     """All of `sums` (BLOCKS,) but the most favourable."""
     return float(np.sort(sums)[: BLOCKS - FAVOURABLE].sum())
 

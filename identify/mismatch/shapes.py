@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.mismatch.compare import block_z
+from identify.mismatch.compare import block_sums, block_z, without_best
 from identify.mismatch.locate import coordinates
-from identify.mismatch.nameless import EVIDENCE, HELD_OUT, Structure, large_enough, likelier, net_force
+from identify.mismatch.nameless import AGREED, EVIDENCE, HELD_OUT, Structure, large_enough, likelier, net_force
 from identify.mismatch.probes import Outlook, Shape, View, shape_of
 
 Floats = NDArray[np.float64]
@@ -19,6 +19,7 @@ FINEST = 36  # knots along the travel
 COARSE = 14  # knots along other coordinates
 HALF = 0.35  # of the highest: where a shape counts as being there
 SPELL = 0.6  # of the evidence for any force along a coordinate: one equal stretch with so much is where it acts
+LASTING = 250.0  # what unseen data must gain without their best blocks, where these do not agree: healthy ones 124
 ZEROS = 2  # knots at most, where a shape that pushes and then pulls goes through zero
 TOLD = {"speed": "velocity"}  # a speed, whichever way, is told as a positive velocity
 TURNS = (1, 2, 3, 6)  # harmonics of a wheel
@@ -76,8 +77,11 @@ def _turns(angle: Floats) -> Floats:
     return np.stack([wave(k * angle) for k in TURNS for wave in (np.cos, np.sin)], axis=1)
 
 
-def judged(outlook: Outlook, probe: Probe) -> Structure | None:
-    """The shape along one coordinate, if it is sure, holds on unseen data and is big enough to matter."""
+def judged(outlook: Outlook, probe: Probe, *, suspicious: bool = False) -> Structure | None:
+    """The shape along one coordinate, if it is sure, holds on unseen data and is big enough to matter.
+
+    Where one is `suspicious`, unseen data need not agree on it if they tell enough of it without their best blocks.
+    """
     here, there = outlook.here, outlook.there
     seen = here.responses(probe.here)
     shape = shape_of(here, seen)
@@ -87,6 +91,8 @@ def judged(outlook: Outlook, probe: Probe) -> Structure | None:
     force = net_force(here, probe.here @ shape.weights)
     gain = outlook.gained(there.responses(probe.there) @ shape.weights)
     z = block_z(gain)
+    if suspicious and without_best(block_sums(gain)) > LASTING:
+        z = max(z, AGREED)
     interval, acting = _where(probe, shape, here, seen)
     found = Structure(probe.coordinate, interval, evidence, z, force, acting=acting)
     enough = float(gain.sum()) >= HELD_OUT and large_enough(found, here.fit.dry_level)

@@ -17,14 +17,14 @@ from identify.preprocess import Samples
 
 
 def structures(fit: Fit, held_out: Samples, *, suspicious: bool = False) -> list[Structure]:
-    """Everything that is sure, the most evident first; where one is `suspicious`, events that came once too."""
+    """Everything that is sure, the most evident first; where one is `suspicious`, what few places tell of, too."""
     views = outlooks(fit, fit.on(held_out))
     here, there = views[0].here, views[0].there
     found = [
         structure
         for one in views
         for probe in along_coordinates(one.here, one.there)
-        if (structure := judged(one, probe)) is not None
+        if (structure := judged(one, probe, suspicious=suspicious)) is not None
     ]
     others = (
         tone(here, there),

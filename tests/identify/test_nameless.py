@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import events, locate, sensor_errors
+from identify.mismatch import events, locate, sensor_errors, shapes
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent, _unknown
@@ -448,6 +448,23 @@ def test_a_stretch_of_time_is_no_longer_than_what_happened_in_it(monkeypatch, ea
     view = SimpleNamespace(fit=SimpleNamespace(problem=problem, dry_level=10.0), responses=lambda forces: forces)
     found = events.stretch(view)
     assert found.interval[1] - found.interval[0] == pytest.approx(length)
+
+
+@pytest.mark.parametrize(
+    ("suspicious", "each", "told"), [(True, 120.0, True), (False, 120.0, False), (True, 60.0, False)]
+)
+def test_a_shape_that_few_places_of_unseen_data_tell_needs_what_they_tell_without_the_best(
+    monkeypatch, suspicious, each, told
+):
+    """A detent of one table gained 927 where it was not fitted, with a z of 2.49, and was nothing."""
+    blocks = np.repeat([0.0] * 15 + [each] * 3 + [900.0] * 2, 50) / 50.0
+    monkeypatch.setattr(shapes, "shape_of", lambda *_: SimpleNamespace(weights=np.ones(1), evidence=3622.0))
+    monkeypatch.setattr(shapes, "net_force", lambda *_: 4.0)
+    monkeypatch.setattr(shapes, "_where", lambda *_: ((0.0, 0.2), 0.0))
+    view = SimpleNamespace(responses=lambda forces: forces, fit=SimpleNamespace(dry_level=100.0))
+    outlook = SimpleNamespace(here=view, there=view, behind=0.0, gained=lambda _: blocks)
+    probe = SimpleNamespace(coordinate="time_since_reversal", here=np.ones((1, 1)), there=np.ones((1, 1)))
+    assert (shapes.judged(outlook, probe, suspicious=suspicious) is not None) is told
 
 
 def test_names_that_predict_little_better_pay_only_where_unseen_data_agree():
