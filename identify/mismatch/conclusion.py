@@ -40,7 +40,6 @@ from identify.mismatch.rules import (
     HELD_OUT,
     LATE,
     NO_NAME,
-    OVERWHELMING,
     PROVEN,
     SMALLEST,
     SOLVED,
@@ -54,6 +53,7 @@ from identify.mismatch.rules import (
     decided,
     finding,
     foretold,
+    lasting,
     overwhelming,
     price,
     tied,
@@ -247,8 +247,7 @@ class Conclusion:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
-        lasting = self._gained.steady < OVERWHELMING and self._gained.again > -OVERWHELMING
-        if share > MUCH and after > LOUD * baseline.dry_level and not lasting:
+        if share > MUCH and after > LOUD * baseline.dry_level and not lasting(self._gained):
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
@@ -351,7 +350,12 @@ class Conclusion:
     @cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
-        return self._held_out(self._everyday) > TORN * self.own
+        return self._astray > TORN
+
+    @cached_property
+    def _astray(self) -> float:
+        """One-second error of the everyday model on held-out data over that of the same fitted to them. [1]"""
+        return self._held_out(self._everyday) / max(self.own, 1e-300)
 
     @cached_property
     def own(self) -> float:
@@ -397,13 +401,10 @@ class Conclusion:
     @property
     def _strayed(self) -> list[Structure]:
         """The rest of a recording, where it is not as what was fitted of it would have it."""
-        if self.evidence.kind != "time":
-            return []
-        ratio = self._held_out(self._everyday) / max(self.own, 1e-300)
-        if ratio <= STRAY:
+        if self.evidence.kind != "time" or self._astray <= STRAY:
             return []
         rest = self.evidence.held_out.t
-        evidence = len(self.evidence.train) * float(np.log(ratio))
+        evidence = len(self.evidence.train) * float(np.log(self._astray))
         return [Structure("time", (float(rest.min()), float(rest.max())), evidence, Z, 0.0)]
 
     @property
@@ -708,25 +709,25 @@ def _telling(step: Step) -> int:
 
 def _may_be_absent(effect: FoundEffect) -> bool:
     """Whether the interval of the effect's size reaches zero, or of what absence is infinite, far up."""
-    sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
-    intervals = [effect.parameters[name].ci95 for name in sizes if name in effect.parameters]
-    reached = any(interval is not None and interval[0] <= 0.0 <= interval[1] for interval in intervals)
-    return reached or _endless(effect)
+    return any(low <= 0.0 <= high for _, low, high in _sizes(effect, absent=0.0)) or _endless(effect)
 
 
 def _endless(effect: FoundEffect) -> bool:
     """Whether a stiffness or a limit may as well be so large that nothing of the effect is there."""
-    sizes = [part.name for part in find(effect.name).parameters if part.absent == np.inf]
-    known = [effect.parameters[name] for name in sizes if name in effect.parameters]
-    return any(one.ci95 is not None and one.ci95[1] > ENDLESS * one.value for one in known)
+    return any(high > ENDLESS * value for value, _, high in _sizes(effect, absent=np.inf))
 
 
 def _unknown(effect: FoundEffect) -> bool:
     """Whether the interval of a size reaches far beyond zero, so that nothing is known of it: unseen data disagree."""
-    sizes = [part.name for part in find(effect.name).parameters if part.absent == 0.0]
-    known = [effect.parameters[name] for name in sizes if name in effect.parameters]
-    towards = [(one, one.ci95[0 if one.value > 0.0 else 1]) for one in known if one.ci95 is not None]
-    return _endless(effect) or any(abs(one.value - end) > WIDE * abs(one.value) for one, end in towards)
+    towards = [(value, low if value > 0.0 else high) for value, low, high in _sizes(effect, absent=0.0)]
+    return _endless(effect) or any(abs(value - end) > WIDE * abs(value) for value, end in towards)
+
+
+def _sizes(effect: FoundEffect, absent: float) -> list[tuple[float, float, float]]:
+    """Value and interval of each parameter at whose value `absent` the effect is not there."""
+    names = [part.name for part in find(effect.name).parameters if part.absent == absent]
+    known = [effect.parameters[name] for name in names if name in effect.parameters]
+    return [(one.value, *one.ci95) for one in known if one.ci95 is not None]
 
 
 def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:

@@ -176,7 +176,12 @@ def decided(evidence: Comparison) -> bool:
 
 def overwhelming(evidence: Comparison) -> bool:
     """True where fitted and unseen data, without the best blocks of either, are far likelier, and agree on it."""
-    return evidence.steady < OVERWHELMING and evidence.again > -OVERWHELMING and foretold(evidence)
+    return lasting(evidence) and foretold(evidence)
+
+
+def lasting(evidence: Comparison) -> bool:
+    """True where fitted and unseen data are far likelier without the best blocks of either."""
+    return evidence.steady < OVERWHELMING and evidence.again > -OVERWHELMING
 
 
 def agreed(evidence: Comparison) -> bool:

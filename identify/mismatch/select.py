@@ -215,8 +215,9 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        so_far = price(selection.baseline) - price(before)
-        needed = max(LESSER * so_far, least if len(selection.steps) == 1 else 0.0)
+        needed = LESSER * (price(selection.baseline) - price(before))
+        if len(selection.steps) == 1:
+            needed = max(needed, least)
         current, steps = search.explore(before, search.names - taken, needed=needed)
         _improve(selection, current)
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told

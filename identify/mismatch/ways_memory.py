@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.backlash import CONTACT_DAMPING_RATIO, CONTACT_RATE
-from plant.effects.effect import Effect, Parameter
+from plant.effects.effect import Effect, Parameter, Surroundings
 
 if TYPE_CHECKING:
     from plant.machine import Machine
@@ -45,7 +45,7 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     Teeth, keys and couplings give a little. How much is no finding, but a hard contact imitates nothing that is soft,
     and leaves a spring or a delay to be named beside the gap.
     """
-    if not _two_masses(s):
+    if Surroundings.of(s.axis).motor_share is None:
         return []
     unknowns = (
         Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),
@@ -76,10 +76,10 @@ def soft_gap(effect: Effect, most: float) -> Effect:
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:
     """A spring and its damping, where there are two masses that swing slower than half the sample rate."""
-    if not _two_masses(s):
+    motor = Surroundings.of(s.axis).motor_share
+    if motor is None:
         return []
-    load = s.axis.mechanics.M / s.axis.mechanics.moving_mass
-    swings = (1.0 - load) * load * s.mass
+    swings = motor * (1.0 - motor) * s.mass
     light = min(1.0, swings / LIGHT)
     stiffest = min(1e6, _stiffest(s, swings))
     unknowns = (
@@ -94,12 +94,6 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
 def _stiffest(s: Setting, mass: float) -> float:
     """Spring on which `mass` [kg] swings at half the sample rate. [N/m]."""
     return (math.pi / s.sample_time) ** 2 * mass
-
-
-def _two_masses(s: Setting) -> bool:
-    """True where the axis file splits the inertia into motor and load; how much it is in all may be unknown."""
-    mechanics = s.axis.mechanics
-    return mechanics.M > 0 and mechanics.J > 0 and not s.axis.is_rotary
 
 
 def dwell(e: Effect, s: Setting) -> list[Guise]:
