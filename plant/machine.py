@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 STEP_PER_TIME_CONSTANT = 0.1  # sub-step over the shortest time constant; 2 or 3 sub-steps in the paper's case
+FORGIVEN_PER_TIME_CONSTANT = 0.3  # the same where only one-step errors count
 LONGEST_FINE_STEP = 2.5e-4  # s; two masses and bristles
 MOST_SUBSTEPS = 1024  # per sample: beyond it a run does not converge, it is chaotic
 TYPICAL_SPEED = 0.5  # m/s or rad/s, where none is given
@@ -92,6 +93,7 @@ class Blocks:
             where two masses are measured at the motor, else in row `SPEED`.
         delay: dead time of each candidate. [s] (m,)
         rate: fastest rate of each candidate. [1/s] (m,)
+        added: fastest rate of its effects alone. [1/s] (m,)
     """
 
     b: Floats
@@ -100,6 +102,7 @@ class Blocks:
     observed: int
     delay: Floats
     rate: Floats
+    added: Floats
 
     @property
     def speed(self) -> int:
@@ -132,10 +135,17 @@ class Blocks:
         The midpoint step errs by the square of sub-step over time constant. Of many candidates the stiffest tenth does
         not count: a genetic search would pay for candidates it is about to throw away.
         """
-        step = STEP_PER_TIME_CONSTANT / max(float(np.quantile(self.rate, 0.9, method="lower")), 1e-9)
+        return max(2, self._substeps(longest, self.rate, STEP_PER_TIME_CONSTANT))
+
+    def substeps_for_effects(self, longest: float) -> int:
+        """The same for one-step errors, and for effects alone: how eq. (1) passes rest, an observer forgives."""
+        return self._substeps(longest, self.added, FORGIVEN_PER_TIME_CONSTANT)
+
+    def _substeps(self, longest: float, rate: Floats, share: float) -> int:
+        step = share / max(float(np.sort(rate)[int(0.9 * (len(rate) - 1))]), 1e-9)
         if self.structure & (TWO_MASSES | WITH_BRISTLES):
             step = min(step, LONGEST_FINE_STEP)
-        return int(np.clip(math.ceil(longest / step * (1.0 - 1e-9)), 2, MOST_SUBSTEPS))
+        return int(np.clip(math.ceil(longest / step * (1.0 - 1e-9)), 1, MOST_SUBSTEPS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +189,7 @@ class Plan:
         masses = full + (mechanics.moving_mass if mass is None else mass)
         machine = Machine(self.surroundings, friction, masses, mechanics.weight + constant_force + full)
         rate = np.maximum(abs(friction[1] - friction[0]) / friction[2], friction[3]) / masses
+        added = full
         states: list[float] = []
         rows: list[Floats] = []
         table: list[tuple[int, int, int, int]] = []
@@ -189,7 +200,7 @@ class Plan:
                 continue
             first_row = sum(map(len, rows))
             rows.append(effect.prepare(mine, machine))
-            rate = np.maximum(rate, effect.rate(mine, machine, speed))
+            added = np.maximum(added, effect.rate(mine, machine, speed))
             table += [(law.phase, law.address, first_row, len(states)) for law in effect.laws]
             states += effect.initial
         count, base = -(-m // LANES), ROWS + len(states)
@@ -207,7 +218,8 @@ class Plan:
         structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
         structure += SWITCHED * bool(machine.delay.any())
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
-        return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, rate)
+        fastest = np.maximum(rate, added)
+        return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, fastest, added)
 
 
 def plan(surroundings: Surroundings, names: tuple[str, ...]) -> Plan:

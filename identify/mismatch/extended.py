@@ -184,8 +184,7 @@ class ExtendedProblem(FrictionProblem):
         s = self.samples
         if self._lane_error.shape != (len(s), padded):
             self._lane_error = np.empty((len(s), padded))
-        asked = min(blocks.substeps(s.sample_time), self.most_substeps)
-        substeps = max(self.substeps, math.ceil(asked * self.substeps / self._usual))
+        substeps = self.steps_of(blocks)
 
         def march(i: int) -> None:
             lanes = slice(i * LANES, (i + 1) * LANES)
@@ -218,6 +217,11 @@ class ExtendedProblem(FrictionProblem):
         for _ in side_by_side(march, range(count)):
             pass
         return self._lane_error[:, :m]
+
+    def steps_of(self, blocks: Blocks) -> int:
+        """Sub-steps per sample: what effects ask for, within reason; eq. (1) is marched as the baseline marches it."""
+        asked = min(blocks.substeps_for_effects(self.samples.sample_time), self.most_substeps)
+        return max(self.substeps, math.ceil(asked * self.substeps / self._usual))
 
     def _drive_force(self) -> Floats:
         """Drive force just after each sample and just before the next. [N] (n, 2, 1)"""

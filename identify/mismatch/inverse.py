@@ -84,7 +84,7 @@ def unexplained(
             samples.t[a:b],
             samples.steps[a:b],
             np.zeros(b - a, dtype=np.int64),
-            max(substeps, blocks.substeps(samples.sample_time)),
+            max(substeps, blocks.substeps_for_effects(samples.sample_time)),
             out,
         )
         inner = slice(edge, b - a - edge)
@@ -104,7 +104,7 @@ def effect_series(problem: ExtendedProblem, x: Floats, guise: Guise) -> tuple[In
     slot = problem.slot(guise)
     without = problem.including(tuple(other for other in problem.guises if other is not guise))
     bare = np.concatenate([x[: slot.start], x[slot.stop : problem.p]])
-    asked = problem.blocks(x[None]).substeps(problem.samples.sample_time)
+    asked = problem.blocks(x[None]).substeps_for_effects(problem.samples.sample_time)
     here = unexplained(problem, x, problem.samples)
     there = unexplained(without, bare, problem.samples, substeps=max(2, asked))
     return None if here is None or there is None else (here.index, here.lacking - there.lacking)
