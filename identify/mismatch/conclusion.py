@@ -26,7 +26,7 @@ from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import SMALLEST as FELT
-from identify.mismatch.nameless import Structure
+from identify.mismatch.nameless import Structure, recognised_first
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, reported, second_opinion
@@ -384,7 +384,7 @@ class Conclusion:
         left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
         found = sorted([*left, *self._strange(self.selection.opening)], key=lambda one: -one.evidence)
         if found:
-            return found
+            return recognised_first(found)
         if self.selection.steps:
             told = [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
             return told or self._strayed

@@ -26,6 +26,7 @@ BANDS = {
     "distance_since_reversal",
 }  # a short stretch of these is no curve
 SURE = 4.0  # ... where the blocks agree so well
+MOST_OF_IT = 0.6  # of a free shape's evidence
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,20 @@ class Structure:
     def p_value(self) -> float:
         """Probability of such a gain on unseen data by chance."""
         return float(norm.sf(self.z))
+
+
+def recognised_first(found: list[Structure]) -> list[Structure]:
+    """Structures, most evident first, that physics explains which acts along the first one's coordinate before it.
+
+    A free shape has a number for each place; what needs two or three has explained it with `MOST_OF_IT`.
+    """
+    first = found[0]
+    alike = [
+        one
+        for one in found
+        if one.like and one.coordinate == first.coordinate and one.evidence > MOST_OF_IT * first.evidence
+    ]
+    return sorted(found, key=lambda one: one is not alike[0]) if alike else found
 
 
 def gained(view: View, change: Floats) -> Floats:

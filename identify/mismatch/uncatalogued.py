@@ -53,6 +53,9 @@ WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
+REVERSED = 1e-3  # of the travel: so far back is a reversal
+ENDLESS = 1e9  # m or s
+WORN = 2.5  # times its way or time: then 8 % are left of a drag
 LASTING = 0.3  # of a recording: friction that remembers longer changes with time
 BRIEFLY = 1.0  # s: friction that remembers no longer forgets between two reversals
 MOST_WAVES = 20  # of a level along the travel
@@ -300,7 +303,41 @@ FILM = Effect(
 )
 
 
+@law(TO_STEP)
+def _drag_afresh(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[LEVEL + j] += p[j] * x[j]
+
+
+@law(AFTER)
+def _wear_off(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        place, way = b[MIDDLE + j], x[2 * LANES + j]
+        away = place - x[LANES + j] if x[LANES + j] == x[LANES + j] else 0.0
+        other = way * away <= 0.0 and abs(away) > p[3 * LANES + j]
+        turned = other and way != 0.0
+        left = x[j] * exp_neg(h / p[LANES + j] + h * abs(b[VELOCITY + j]) / p[2 * LANES + j])
+        x[j] = 1.0 if turned else left
+        x[LANES + j] = place if other or way * away > 0.0 else place - away
+        x[2 * LANES + j] = (1.0 if away > 0.0 else -1.0) if other else way
+
+
+FRESH_DRAG = Effect(
+    name="fresh_drag",
+    parameters=(
+        Parameter("force", "N", (0.0, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
+        Parameter("time_constant", "s", (1e-2, 1e2), (1e-6, 1e12), about="τ"),
+        Parameter("travel", "m", (1e-4, 10.0), (1e-9, 1e12), about="d"),
+        Parameter("play", "m", (1e-6, 1.0), (0.0, 1e6), reported=False, about="way back that is a reversal"),
+    ),
+    laws=(_drag_afresh, _wear_off),
+    initial=(0.0, math.nan, 0.0),
+    source="dry friction that is raised by a reversal and wears off: a seal lip that turns over, a film that builds up",
+)
+
+
 EFFECTS = (
+    FRESH_DRAG,
     FRICTIONAL_LAG,
     CREEPING_SPRING,
     CABLE,
@@ -313,7 +350,12 @@ EFFECTS = (
     FILM,
     *PLACES,
 )
-PLACED = {ONE_WAY_PULL.name, SWINGING_LOAD.name, *(effect.name for effect in PLACES)}  # act in part of their coordinate
+PLACED = {
+    FRESH_DRAG.name,
+    ONE_WAY_PULL.name,
+    SWINGING_LOAD.name,
+    *(effect.name for effect in PLACES),
+}  # act in part of their coordinate
 
 
 def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
@@ -341,7 +383,15 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
     ]
-    every += [_plays(s, stiff), _along_travel(s), _remembers(s), *_pulls(s, stiff), *_swings(s), *placed(s)]
+    every += [
+        _plays(s, stiff),
+        _along_travel(s),
+        _remembers(s),
+        *_afresh(s, force),
+        *_pulls(s, stiff),
+        *_swings(s),
+        *placed(s),
+    ]
     return [guise for guise in every if guise.name not in named]
 
 
@@ -376,6 +426,21 @@ def _remembers(s: Setting) -> Guise:
     )
     times = [t for t in (0.2, 0.6, 2.0, 6.0, 20.0) if t < s.duration]
     return _tried(FILM, unknowns, times, [0.1 * unit], depends="velocity")
+
+
+def _afresh(s: Setting, force: Unknown) -> list[Guise]:
+    """Dry friction raised by each reversal, which wears off along the way, or with time."""
+    travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
+    time = Unknown("time_constant", 0.3, 2.0 * s.sample_time, 0.2 * s.duration, log=True, spread=1.5)
+    play = ("play", REVERSED * s.travel)
+    ways = [share * s.travel for share in (0.01, 0.04, 0.15)]
+    times = [0.06, 0.25, 1.0]
+    along = _tried(FRESH_DRAG, (force, travel), [0.1 * s.force], ways, depends="distance_since_reversal")
+    late = _tried(FRESH_DRAG, (force, time), [0.1 * s.force], times, depends="time_since_reversal")
+    return [
+        dataclasses.replace(along, fixed=(("time_constant", ENDLESS), play)),
+        dataclasses.replace(late, fixed=(("travel", ENDLESS), play)),
+    ]
 
 
 def _pulls(s: Setting, stiff: float) -> list[Guise]:
@@ -421,6 +486,8 @@ def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -
     low, high = reached
     if name == SWINGING_LOAD.name:
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
+    if name == FRESH_DRAG.name:
+        return 0.0, WORN * min(values["travel"], values["time_constant"])  # the other one is endless
     if name != ONE_WAY_PULL.name:
         return interval(name, values, reached)
     return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])

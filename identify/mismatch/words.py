@@ -40,6 +40,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "spring_with_play": "a spring behind a free travel (a cable chain, a worn pin)",
     "viscous_along": "viscous friction that changes along the travel (grease that was pushed to its ends)",
     "film_memory": "dry friction that remembers how fast the axis has run (a film that builds up, heat)",
+    "fresh_drag": "dry friction that each reversal raises and that wears off (a seal lip that turns over, a film)",
     "level_step": "dry friction that is another past one place (a joint of the rail)",
     "viscous_zone": "viscous friction in one place (old grease, an oil sump)",
     "sector_push": "a push in one sector of each turn (a notch, a splice)",

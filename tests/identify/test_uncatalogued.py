@@ -125,6 +125,19 @@ class Film:
         return dry(v, 20.0 - 20.0 * self.lately), 0.0
 
 
+class Lip:
+    """Dry friction that each reversal raises by 8 N, worn off after 20 mm."""
+
+    def __init__(self):
+        self.left, self.before = 0.0, 0.0
+
+    def __call__(self, _, y, v):
+        way = float(np.sign(v)) or self.before
+        self.left = 1.0 if way * self.before < 0.0 else self.left * np.exp(-STEP * abs(v) / 0.02)
+        self.before = way
+        return dry(v, 20.0 + 8.0 * self.left), 0.0
+
+
 def grease(_, y, v):
     """Viscous friction that doubles and more towards the far end."""
     return dry(v) + 160.0 * y**2 * abs(v), 0.0
@@ -136,6 +149,7 @@ def grease(_, y, v):
         (Chain, {"position"}, "behind a free travel"),
         (Film, {"velocity"}, "remembers how fast"),
         (lambda: grease, {"position"}, "changes along the travel"),
+        (Lip, {"distance_since_reversal"}, "each reversal raises"),
     ],
 )
 def test_what_remembers_or_changes_along_the_travel_is_recognised(physics, coordinates, like):
