@@ -53,6 +53,7 @@ WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
+SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
 REVERSED = 1e-3  # of the travel: so far back is a reversal
 ENDLESS = 1e9  # m or s
 WORN = 2.5  # times its way or time: then 8 % are left of a drag
@@ -173,6 +174,27 @@ FADING_TORQUE = Effect(
     laws=(_fade,),
     order=10,
     source="magnets lose torque as they warm up",
+)
+
+
+@law(TO_DRIVE)
+def _slew(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        goal = b[DRIVE + j]
+        before = x[j] if x[j] == x[j] else goal
+        most = p[j] * h
+        step = min(max(goal - before, -most), most)
+        b[DRIVE + j] = before + step * (1.0 - 0.5 * abs(step) / most)  # the mean: on its way first, then there
+        x[j] = before + step
+
+
+SLEW_LIMIT = Effect(
+    name="slew_limit",
+    parameters=(Parameter("rate", "N/s", (1.0, 1e6), (0.0, math.inf), absent=math.inf, about="dF/dt at most"),),
+    laws=(_slew,),
+    order=25,
+    initial=(math.nan,),
+    source="an amplifier that runs out of voltage, a ramp in the drive",
 )
 
 
@@ -343,6 +365,7 @@ EFFECTS = (
     CABLE,
     LEVEL_RIPPLE,
     FADING_TORQUE,
+    SLEW_LIMIT,
     ONE_WAY_PULL,
     SWINGING_LOAD,
     SPRING_WITH_PLAY,
@@ -372,6 +395,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
     fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     spring = Unknown("stiffness", 0.3 * stiff, 0.0, 30.0 * stiff)
     force = Unknown("force", 0.1 * s.force, 0.0, 2.0 * s.force)
+    rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
     bends = [share * s.travel for share in (0.01, 0.05, 0.2)]
     periods = [*s.periods, *(s.travel / np.arange(1.0, MOST_WAVES + 1.0))]
@@ -382,6 +406,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
+        _tried(SLEW_LIMIT, (rate,), [s.force / time for time in SLOW], depends="torque_rate"),
     ]
     every += [
         _plays(s, stiff),

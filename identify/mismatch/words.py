@@ -35,6 +35,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
     "level_ripple": "dry friction that rises and falls along the travel",
     "fading_torque": "a torque constant that changes as the motor warms up",
+    "slew_limit": "a drive whose force changes no faster than so much (a ramp, too little voltage)",
     "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
     "swinging_load": "a part of the mass that swings or sways (a hanging load, a liquid, the frame)",
     "spring_with_play": "a spring behind a free travel (a cable chain, a worn pin)",

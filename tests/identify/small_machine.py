@@ -21,13 +21,16 @@ def dry(v: float, coulomb: float = 20.0) -> float:
     return coulomb + 8.0 * np.exp(-abs(v) / 0.01) + 15.0 * abs(v)
 
 
-def driven(seed: int, resists: Resistance, seconds: float = 20.0) -> Recording:
+def driven(
+    seed: int, resists: Resistance, seconds: float = 20.0, delivers: Callable[[float], float] = float
+) -> Recording:
     """Moves between random places, torque held for 10 ms.
 
     Args:
         seed: of the places and of the noise.
         resists: friction level against the motion and force against growing positions [N], at time, place and speed.
         seconds: of motion.
+        delivers: force of the drive for what it is told, asked at every step. [N]
     """
     rng = np.random.default_rng(seed)
     goals = np.repeat(rng.uniform(0.0, 0.4, round(3 * seconds)), 60)
@@ -40,7 +43,7 @@ def driven(seed: int, resists: Resistance, seconds: float = 20.0) -> Recording:
             force = np.clip(900.0 * (wanted - y) + 500.0 * total - 160.0 * v, -150.0, 150.0)
             rows.append((k * STEP, force, y))
         level, pull = resists(k * STEP, y, v)
-        net = force - pull
+        net = delivers(force) - pull
         if v == 0.0 and abs(net) <= level:
             continue
         way = np.sign(v) if v else np.sign(net)

@@ -160,6 +160,25 @@ def test_what_remembers_or_changes_along_the_travel_is_recognised(physics, coord
     assert like in found.explanation
 
 
+class Ramp:
+    """A drive whose force changes by no more than 600 N/s."""
+
+    def __init__(self):
+        self.force = 0.0
+
+    def __call__(self, told):
+        self.force += np.clip(told - self.force, -600.0 * STEP, 600.0 * STEP)
+        return self.force
+
+
+def test_a_drive_that_ramps_its_force_is_neither_late_nor_weak():
+    """It was a lag with a wrong mass."""
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=Ramp()) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "torque_rate"
+    assert "no faster than" in found.explanation
+
+
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
     strange = uncatalogued(setting())
     assert {guise.name for guise in strange} == {effect.name for effect in EFFECTS} == set(STRANGE) - {CURVE}
