@@ -15,7 +15,7 @@ from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
-from identify.mismatch.curve import CURVE
+from identify.mismatch.curve import CURVE, rising
 from identify.mismatch.data import Evidence
 from identify.mismatch.detect import detectable
 from identify.mismatch.experiment import Experiment, in_words, propose, settling
@@ -26,7 +26,7 @@ from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import SMALLEST as FELT
-from identify.mismatch.nameless import Structure, recognised_first
+from identify.mismatch.nameless import SURE, Structure, simplest_first
 from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, reported, second_opinion
@@ -54,6 +54,7 @@ from identify.mismatch.rules import (
     finding,
     foretold,
     lasting,
+    outdone,
     overwhelming,
     price,
     tied,
@@ -287,9 +288,11 @@ class Conclusion:
     @property
     def _odder(self) -> bool:
         """Whether as many effects, one of which cannot be what it is called, are likelier than the chosen ones."""
-        chosen, steps = self.selection.chosen, itertools.chain(*self.selection.rivals)
-        odd = [step.fit for step in steps if step.misplaced and len(step.fit.names) <= len(chosen.names)]
-        return any(cost(one) < cost(chosen) - TIED_BIC for one in odd)
+        selection, chosen = self.selection, self.selection.chosen
+        pairs = [(step, best) for best, steps in zip(selection.steps, selection.rivals, strict=False) for step in steps]
+        pairs += [(step, selection.steps[-1]) for steps in selection.rivals[len(selection.steps) :] for step in steps]
+        odd = [step for step, best in pairs if step.misplaced and not outdone(step, best)]
+        return any(len(s.fit.names) <= len(chosen.names) and cost(s.fit) < cost(chosen) - TIED_BIC for s in odd)
 
     @cached_property
     def explains(self) -> bool:
@@ -340,6 +343,11 @@ class Conclusion:
         return self.happened and self.nameless[0].acting > 0.0
 
     @property
+    def confirmed(self) -> bool:
+        """Whether unseen data are sure of where what is left without a name shows."""
+        return bool(self.nameless) and not self.happened and self.nameless[0].z > SURE
+
+    @property
     def recognised(self) -> bool:
         """Whether physics in no catalogue explains what is left, and no effect of the catalogue would explain more."""
         if not self.nameless or not self.nameless[0].like:
@@ -384,11 +392,17 @@ class Conclusion:
         left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
         found = sorted([*left, *self._strange(self.selection.opening)], key=lambda one: -one.evidence)
         if found:
-            return recognised_first(found)
+            return simplest_first(found)
         if self.selection.steps:
             told = [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
             return told or self._strayed
-        return zero_jumps(self.evidence.train) or self._misfits or self._strayed
+        return zero_jumps(self.evidence.train) or self._misfits or self._strayed or self._rising
+
+    @property
+    def _rising(self) -> list[Structure]:
+        """A curve over the speed that eq. (1) only imitates."""
+        found = rising(self.selection.baseline, reach("velocity", self.evidence.train, self.axis))
+        return [] if found is None else [found]
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
         """What physics that is in no catalogue would explain, or an effect but for how its own curve bends."""
@@ -444,7 +458,8 @@ class Conclusion:
             return reached
         values = reported(step.fit.problem, step.guise, step.fit.x)
         if name in PLACED:
-            return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached)
+            constant = float(step.fit.problem.law(step.fit.x[None])[5, 0]) - self.axis.mechanics.weight
+            return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached, constant)
         sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values.items()}
         return named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval
 

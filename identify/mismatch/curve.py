@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Unknown
+from identify.mismatch.nameless import Structure
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg, ln
 from plant.kernels.laws import (
@@ -29,6 +30,7 @@ from plant.kernels.laws import (
 )
 
 if TYPE_CHECKING:
+    from identify.mismatch.compare import Fit
     from plant.machine import Machine
 
 Floats = NDArray[np.float64]
@@ -36,6 +38,8 @@ Floats = NDArray[np.float64]
 CURVE = "stribeck_exponent"
 SLOWEST = 1e-9  # of v_s: below it every curve is at its top
 FASTEST = 6.5  # logarithm of the largest argument of the exponential
+RISING = "rising_friction"
+RISES, CERTAIN = 0.15, 10.0  # of F_c that F_s lies below it, and its z: no complete machine of two authors has any
 BENDS = (-0.7, 1.1)  # logarithm of the exponent: from 0.5 to 3
 
 
@@ -71,3 +75,17 @@ EXPONENT = Effect(
 def curve() -> Guise:
     """Another exponent than 1 in eq. (1)."""
     return Guise(EXPONENT, (Unknown("bend", 0.3, *BENDS),), np.array([[0.1]]), depends="velocity")
+
+
+def rising(fitted: Fit, reached: tuple[float, float]) -> Structure | None:
+    """Dry friction that rises with speed and levels off, between the speeds that were `reached`.
+
+    Eq. (1) imitates it with a static friction below the sliding one: nothing is left, and yet no such machine is known.
+    """
+    static = fitted.x[1] - fitted.x[0]
+    known = fitted.spread.covariance[:2, :2]
+    sure = float(-static / np.sqrt(max(known[0, 0] + known[1, 1] - 2.0 * known[0, 1], 1e-300)))
+    if fitted.spread.at_bound[:2].any() or -static < RISES * fitted.x[0] or sure < CERTAIN:
+        return None
+    force = float(-static * fitted.problem.scales.force)
+    return Structure("velocity", reached, sure**2, sure, force, RISING)

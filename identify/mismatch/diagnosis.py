@@ -107,7 +107,8 @@ def conclude(
     if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
         return first
     more = judged_by(Judges.PART) if first.torn and (first.spelled or not first.happened) else first
-    no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if first.spelled else {Verdict.NO_MISMATCH}
+    told = first.spelled or first.confirmed
+    no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
     if isinstance(more, Diagnosis) or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED):
         found = first
     else:

@@ -59,18 +59,20 @@ class Structure:
         return float(norm.sf(self.z))
 
 
-def recognised_first(found: list[Structure]) -> list[Structure]:
-    """Structures, most evident first, that physics explains which acts along the first one's coordinate before it.
+def simplest_first(found: list[Structure]) -> list[Structure]:
+    """Structures, most evident first, but before a free shape what explains `MOST_OF_IT` with two or three numbers.
 
-    A free shape has a number for each place; what needs two or three has explained it with `MOST_OF_IT`.
+    A shape has a number for each of its places; physics along the same coordinate has fewer, and so has a tone, which
+    unseen data must agree on better.
     """
     first = found[0]
-    alike = [
+    much = [one for one in found if one.evidence > MOST_OF_IT * first.evidence]
+    simple = [
         one
-        for one in found
-        if one.like and one.coordinate == first.coordinate and one.evidence > MOST_OF_IT * first.evidence
+        for one in much
+        if (one.like and one.coordinate == first.coordinate) or (one.coordinate == "frequency" and one.z > first.z)
     ]
-    return sorted(found, key=lambda one: one is not alike[0]) if alike else found
+    return sorted(found, key=lambda one: one is not simple[0]) if simple and not first.like else found
 
 
 def gained(view: View, change: Floats) -> Floats:

@@ -285,7 +285,7 @@ def best_of(steps: list[Step]) -> Step | None:
     left = best.evidence.unseen
     for step in steps:
         stranger = step.refused == NO_NAME
-        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not _outdone(step, best)
+        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not outdone(step, best)
         foretells = stranger and step.evidence.unseen < left and _everywhere(step) < _everywhere(best) - TIED_BIC
         far = step.evidence.bic < FAR * best.evidence.bic and step.evidence.foreseen > best.evidence.foreseen
         truer = left > PROVEN or (stranger and step.evidence.unseen < (FAR_TRUER if far else TRUER) * left)
@@ -297,7 +297,7 @@ def best_of(steps: list[Step]) -> Step | None:
     return best
 
 
-def _outdone(stranger: Step, best: Step) -> bool:
+def outdone(stranger: Step, best: Step) -> bool:
     """Whether physics in no catalogue is only a little likelier than a name that unseen data prefer in every way."""
     told, ours = stranger.evidence, best.evidence
     little = told.bic > (1.0 + LEAD) * ours.bic

@@ -54,7 +54,7 @@ HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay 
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
 SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
-REVERSED = 1e-3  # of the travel: so far back is a reversal
+REVERSED, SEEN = 2e-5, 4.0  # of the travel, and of what the sensor resolves: so far back is a reversal
 ENDLESS = 1e9  # m or s
 WORN = 2.5  # times its way or time: then 8 % are left of a drag
 LASTING = 0.3  # of a recording: friction that remembers longer changes with time
@@ -334,14 +334,14 @@ def _drag_afresh(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa
 @law(AFTER)
 def _wear_off(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        place, way = b[MIDDLE + j], x[2 * LANES + j]
-        away = place - x[LANES + j] if x[LANES + j] == x[LANES + j] else 0.0
-        other = way * away <= 0.0 and abs(away) > p[3 * LANES + j]
-        turned = other and way != 0.0
-        left = x[j] * exp_neg(h / p[LANES + j] + h * abs(b[VELOCITY + j]) / p[2 * LANES + j])
-        x[j] = 1.0 if turned else left
-        x[LANES + j] = place if other or way * away > 0.0 else place - away
-        x[2 * LANES + j] = (1.0 if away > 0.0 else -1.0) if other else way
+        way, moved = x[2 * LANES + j], h * b[VELOCITY + j]
+        back = max(x[LANES + j] - way * moved, 0.0) if way != 0.0 else x[LANES + j] + moved
+        other = abs(back) > p[3 * LANES + j]
+        left = x[j] * exp_neg(h / p[LANES + j] + abs(moved) / p[2 * LANES + j])
+        x[j] = 1.0 if other and way != 0.0 else left
+        begun = 1.0 if back > 0.0 else -1.0
+        x[2 * LANES + j] = (-way if way != 0.0 else begun) if other else way
+        x[LANES + j] = 0.0 if other else back
 
 
 FRESH_DRAG = Effect(
@@ -353,7 +353,7 @@ FRESH_DRAG = Effect(
         Parameter("play", "m", (1e-6, 1.0), (0.0, 1e6), reported=False, about="way back that is a reversal"),
     ),
     laws=(_drag_afresh, _wear_off),
-    initial=(0.0, math.nan, 0.0),
+    initial=(0.0, 0.0, 0.0),  # what is left of it, way back since the last turn, direction
     source="dry friction that is raised by a reversal and wears off: a seal lip that turns over, a film that builds up",
 )
 
@@ -457,7 +457,7 @@ def _afresh(s: Setting, force: Unknown) -> list[Guise]:
     """Dry friction raised by each reversal, which wears off along the way, or with time."""
     travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
     time = Unknown("time_constant", 0.3, 2.0 * s.sample_time, 0.2 * s.duration, log=True, spread=1.5)
-    play = ("play", REVERSED * s.travel)
+    play = ("play", max(REVERSED * s.travel, SEEN * s.axis.sensor.position_resolution))
     ways = [share * s.travel for share in (0.01, 0.04, 0.15)]
     times = [0.06, 0.25, 1.0]
     along = _tried(FRESH_DRAG, (force, travel), [0.1 * s.force], ways, depends="distance_since_reversal")
@@ -506,15 +506,18 @@ def remembers_along(time_constant: float, duration: float) -> tuple[str, ...]:
     return ("velocity", "time_since_reversal") if time_constant < BRIEFLY else ("velocity",)
 
 
-def acts_in(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
-    """Where on its coordinate, of which the recordings `reached` so much, physics that is `PLACED` acts."""
+def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
+    """Where on its coordinate, of which the recordings `reached` so much, physics that is `PLACED` acts.
+
+    Beside it there is a `constant` force. [N]
+    """
     low, high = reached
     if name == SWINGING_LOAD.name:
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
     if name == FRESH_DRAG.name:
         return 0.0, WORN * min(values["travel"], values["time_constant"])  # the other one is endless
     if name != ONE_WAY_PULL.name:
-        return interval(name, values, reached)
+        return interval(name, values, reached, constant)
     return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
 
 

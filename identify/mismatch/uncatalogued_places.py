@@ -17,11 +17,14 @@ from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import cos_turns
 from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import (
+    DRIVE,
     FORCE,
     LANES,
     LEVEL,
     MIDDLE,
+    MOTOR_MIDDLE,
     STAGE_LEVEL,
+    TO_DRIVE,
     TO_STAGE,
     TO_STEP,
     VELOCITY,
@@ -62,6 +65,24 @@ LEVEL_STEP = Effect(
     ),
     laws=(_step_level,),
     source="dry friction that is another past a joint of the rail: preload, alignment",
+)
+
+
+@law(TO_STEP)
+def _carry_on(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[FORCE + j] += p[j] * _past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
+
+
+PICKED_UP = Effect(
+    name="picked_up_weight",
+    parameters=(
+        Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
+        Parameter("place", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("length", "m", (1e-4, 1.0), (1e-9, 1e6), about="of the transition"),
+    ),
+    laws=(_carry_on,),
+    source="a weight, a chain or a gas spring that is carried along beyond one place",
 )
 
 
@@ -125,6 +146,22 @@ RUB = Effect(
 )
 
 
+@law(TO_DRIVE)
+def _weaken_in_sector(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        inside = _in_sector(b[MOTOR_MIDDLE + j] / p[3 * LANES + j], p[LANES + j], p[2 * LANES + j])
+        b[DRIVE + j] *= 1.0 - p[j] * inside
+
+
+WEAK = Effect(
+    name="sector_loss",
+    parameters=(Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ"), *_SECTOR[1:]),
+    laws=(_weaken_in_sector,),
+    order=20,
+    source="a demagnetised pole, a burnt winding: torque that is lost in one sector of each turn of the motor",
+)
+
+
 @law(TO_STAGE)
 def _open(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
@@ -142,7 +179,7 @@ VALVE = Effect(
     laws=(_open,),
     source="drag above some speed in one direction of motion: a valve, a check flap, a lip that lifts",
 )
-EFFECTS = (LEVEL_STEP, VISCOUS_ZONE, NOTCH, RUB, VALVE)
+EFFECTS = (LEVEL_STEP, PICKED_UP, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -160,10 +197,12 @@ def placed(s: Setting) -> list[Guise]:
         Guise(LEVEL_STEP, (step, place, length), grid([0.1 * s.force], across, [0.01 * s.travel]), depends="position"),
         Guise(VISCOUS_ZONE, (zone, centre, width), grid([0.1 * unit], across, widths), depends="position"),
     ]
+    force = Unknown("force", 0.3 * s.force, -5.0 * s.force, 5.0 * s.force)
+    steps = grid([0.1 * s.force], across, [0.01 * s.travel])
+    found.append(Guise(PICKED_UP, (force, place, length), steps, depends="position"))
     wheels = {"motor_angle": s.axis.mechanics.Rm, "pulley_angle": s.axis.mechanics.Rc}
     if math.isclose(*wheels.values()):
         del wheels["motor_angle"]
-    force = Unknown("force", 0.3 * s.force, -5.0 * s.force, 5.0 * s.force)
     angle = Unknown("angle", 0.2, -math.pi, 3 * math.pi, origin=math.pi, spread=PLACED_SPREAD)
     sharp = Unknown("sharpness", 10.0, 1.5, 200.0, log=True, spread=1.5)
     angles = (2.0 * math.pi * (np.arange(8) + 0.5) / 8.0).tolist()
@@ -175,6 +214,11 @@ def placed(s: Setting) -> list[Guise]:
                 Guise(effect, (force, angle, sharp), starts, fixed=(("period", turn),), depends=coordinate)
                 for effect in (NOTCH, RUB)
             ]
+    turn = 2.0 * math.pi * s.axis.mechanics.Rm
+    if s.travel > TURNS * turn:
+        loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+        starts = grid([0.05], angles, [10.0])
+        found.append(Guise(WEAK, (loss, angle, sharp), starts, fixed=(("period", turn),), depends="motor_angle"))
     onset = Unknown("onset", s.speed, 0.05 * s.speed, 10.0 * s.speed, log=True, spread=1.5)
     onsets = [share * s.speed for share in (0.3, 0.7, 1.2)]
     opening = grid([0.1 * s.force], onsets)
@@ -182,10 +226,17 @@ def placed(s: Setting) -> list[Guise]:
     return [*found, *ways]
 
 
-def interval(name: str, values: dict[str, float], reached: tuple[float, float]) -> tuple[float, float]:
-    """Where on its coordinate, of which the recordings `reached` so much, this physics acts."""
+def interval(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
+    """Where on its coordinate, of which the recordings `reached` so much, this physics acts.
+
+    A weight is where the `constant` force [N] beside it is not nearer to none than that with it.
+    """
     low, high = reached
     if name == LEVEL_STEP.name:
+        return min(values["place"], high), high
+    if name == PICKED_UP.name and abs(constant + values["force"]) < abs(constant):
+        return low, max(values["place"], low)
+    if name == PICKED_UP.name:
         return min(values["place"], high), high
     if name == VISCOUS_ZONE.name:
         half = WIDE * values["width"]

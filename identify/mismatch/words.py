@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from identify.mismatch.curve import RISING
 from identify.mismatch.result import Change, FoundEffect, Hidden, Location, Quantity
 
 PLAIN = {
@@ -43,13 +44,20 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "film_memory": "dry friction that remembers how fast the axis has run (a film that builds up, heat)",
     "fresh_drag": "dry friction that each reversal raises and that wears off (a seal lip that turns over, a film)",
     "level_step": "dry friction that is another past one place (a joint of the rail)",
+    "picked_up_weight": "a force that sets in beyond one place (a weight or a chain that is carried along)",
     "viscous_zone": "viscous friction in one place (old grease, an oil sump)",
     "sector_push": "a push in one sector of each turn (a notch, a splice)",
     "sector_rub": "dry friction in one sector of each turn (a damaged bearing)",
+    "sector_loss": "torque that is lost in one sector of each turn of the motor (a pole, a winding)",
     "one_way_drag": "a drag above some speed in one direction of motion (a valve, a lip that lifts)",
     "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 
+IMITATED = (
+    "Dry friction rises with speed and levels off (grease that thins, eddy currents), which is no friction of eq. (1):"
+    " the fit imitates it with a static friction far below the sliding one. It depends on velocity, between {:.3g} and"
+    " {:.3g}."
+)
 LIMITS = (  # what no recording of this kind can tell; on the page of a report and in docs/what-it-cannot-see.md
     "A constant force and dry friction that differs with the direction are the same while the axis slides.",
     "A wrong torque constant and a wrong mass are the same unless gravity or a payload tells them apart.",
@@ -101,6 +109,8 @@ def nothing_missing(latent: Quantity, detectable: dict[str, Hidden]) -> str:
 
 def unexplained(latent: Quantity, location: Location | None, like: str = "") -> str:
     """Structure is there, the catalogue does not hold it; physics that is in none may be `like` it."""
+    if like == RISING and location is not None:
+        return IMITATED.format(*location.interval)
     text = f"A force of about {latent.value:.2g} {latent.unit} is left that no effect of the catalogue explains."
     if location is None:
         return text + " It shows along no single coordinate."

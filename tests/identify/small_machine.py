@@ -22,7 +22,10 @@ def dry(v: float, coulomb: float = 20.0) -> float:
 
 
 def driven(
-    seed: int, resists: Resistance, seconds: float = 20.0, delivers: Callable[[float], float] = float
+    seed: int,
+    resists: Resistance,
+    seconds: float = 20.0,
+    delivers: Callable[[float, float], float] = lambda told, _: told,
 ) -> Recording:
     """Moves between random places, torque held for 10 ms.
 
@@ -30,7 +33,7 @@ def driven(
         seed: of the places and of the noise.
         resists: friction level against the motion and force against growing positions [N], at time, place and speed.
         seconds: of motion.
-        delivers: force of the drive for what it is told, asked at every step. [N]
+        delivers: force of the drive [N] for what it is told, and at what place, asked at every step.
     """
     rng = np.random.default_rng(seed)
     goals = np.repeat(rng.uniform(0.0, 0.4, round(3 * seconds)), 60)
@@ -43,7 +46,7 @@ def driven(
             force = np.clip(900.0 * (wanted - y) + 500.0 * total - 160.0 * v, -150.0, 150.0)
             rows.append((k * STEP, force, y))
         level, pull = resists(k * STEP, y, v)
-        net = delivers(force) - pull
+        net = delivers(force, y) - pull
         if v == 0.0 and abs(net) <= level:
             continue
         way = np.sign(v) if v else np.sign(net)

@@ -1,6 +1,7 @@
 """Physics outside the catalogue competes with names: it takes them away, and says where to look."""
 
 import contextlib
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -166,9 +167,59 @@ class Ramp:
     def __init__(self):
         self.force = 0.0
 
-    def __call__(self, told):
+    def __call__(self, told, _):
         self.force += np.clip(told - self.force, -600.0 * STEP, 600.0 * STEP)
         return self.force
+
+
+GEARED = dataclasses.replace(AXIS, mechanics=dataclasses.replace(AXIS.mechanics, Rm=0.02))
+
+
+def weak_pole(told, y):
+    """15 % less around 1 rad of each turn of the motor."""
+    away = (y / GEARED.mechanics.Rm - 1.0 + np.pi) % (2 * np.pi) - np.pi
+    return told * (1.0 - 0.15 * np.exp(-0.5 * (away / 0.5) ** 2))
+
+
+def test_a_pole_that_lost_its_magnetism_is_found_with_its_sector():
+    """It was a wheel out of true with a ripple."""
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=weak_pole) for seed in (1, 2)], GEARED)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "motor_angle"
+    low, high = found.location.interval
+    assert -0.6 < low < 0.4 < 1.6 < high < 2.6
+    assert "one sector of each turn of the motor" in found.explanation
+
+
+@pytest.mark.parametrize("force", [8.0, -8.0])
+def test_a_weight_that_is_carried_along_is_found_with_its_side(force):
+    """Which side is the loaded one, the constant force tells; it was a shape along the other one, or an event."""
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), force * (y > 0.25))) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "position"
+    low, high = found.location.interval
+    assert low == pytest.approx(0.25, abs=0.01)
+    assert high > 0.3
+    assert "sets in beyond one place" in found.explanation
+    below = diagnose([driven(seed, lambda t, y, v: (dry(v), force * (y < 0.15))) for seed in (1, 2)], AXIS)
+    assert below.location.interval[1] == pytest.approx(0.15, abs=0.01)
+
+
+def test_friction_that_rises_with_speed_is_no_stribeck_curve():
+    """Eq. (1) imitates it with F_s far below F_c: everything was complete."""
+    thins = lambda t, y, v: (10.0 + 15.0 * np.tanh(abs(v) / 0.1), 0.0)  # noqa: E731
+    found = diagnose([driven(seed, thins) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "velocity"
+    assert "no friction of eq. (1)" in found.explanation
+
+
+def test_friction_that_is_higher_for_half_a_minute_is_found_with_its_time():
+    """So little for so long was friction that wanders."""
+    found = diagnose([driven(3, lambda t, y, v: (dry(v, 20.0 + 0.8 * (16.0 < t < 36.0)), 0.0), seconds=50.0)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "time"
+    assert found.location.interval == pytest.approx((16.0, 36.0), abs=2.0)
 
 
 def test_a_drive_that_ramps_its_force_is_neither_late_nor_weak():
