@@ -38,6 +38,7 @@ from plant.kernels.step import FASTMATH
 TURN = 0.5 / math.pi
 SIDES = (1.0, -1.0)
 OPENS = 0.15  # of the speed from which on it drags: how sharply
+FLAT = 0.15  # of the highest speeds: slower, friction falls as its own curve does
 TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
 PLACED_SPREAD = 50.0  # of an unknown that says where something is
 WIDE = 1.5  # widths of a bell, or of a sector, within which it acts
@@ -166,7 +167,9 @@ WEAK = Effect(
 def _open(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         onset = p[LANES + j]
-        b[STAGE_LEVEL + j] += p[j] * _past((p[2 * LANES + j] * b[VELOCITY + j] - onset) / (OPENS * onset))
+        way = p[2 * LANES + j]
+        speed = way * b[VELOCITY + j] if way != 0.0 else abs(b[VELOCITY + j])
+        b[STAGE_LEVEL + j] += p[j] * _past((speed - onset) / (OPENS * onset))
 
 
 VALVE = Effect(
@@ -179,7 +182,13 @@ VALVE = Effect(
     laws=(_open,),
     source="drag above some speed in one direction of motion: a valve, a check flap, a lip that lifts",
 )
-EFFECTS = (LEVEL_STEP, PICKED_UP, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE)
+LIFT = Effect(
+    name="level_above_speed",
+    parameters=VALVE.parameters,
+    laws=(_open,),
+    source="dry friction that is another above some speed, both ways: a carriage that floats, a guard that hums",
+)
+EFFECTS = (LEVEL_STEP, PICKED_UP, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -223,7 +232,10 @@ def placed(s: Setting) -> list[Guise]:
     onsets = [share * s.speed for share in (0.3, 0.7, 1.2)]
     opening = grid([0.1 * s.force], onsets)
     ways = [Guise(VALVE, (force, onset), opening, fixed=(("direction", way),), depends="velocity") for way in SIDES]
-    return [*found, *ways]
+    fast = dataclasses.replace(onset, low=FLAT * s.speed)
+    onsets = (np.geomspace(0.2, 1.05, 6) * s.speed).tolist()
+    lift = Guise(LIFT, (force, fast), grid([0.1 * s.force], onsets), fixed=(("direction", 0.0),), depends="velocity")
+    return [*found, *ways, lift]
 
 
 def interval(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
@@ -241,6 +253,8 @@ def interval(name: str, values: dict[str, float], reached: tuple[float, float], 
     if name == VISCOUS_ZONE.name:
         half = WIDE * values["width"]
         return max(values["centre"] - half, low), min(values["centre"] + half, high)
+    if name == LIFT.name:
+        return min(values["onset"], high), max(high, -low)
     if name == VALVE.name:
         onset = min(values["onset"], max(abs(low), abs(high)))
         return (onset, max(high, onset)) if values["direction"] > 0.0 else (min(low, -onset), -onset)

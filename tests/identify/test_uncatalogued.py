@@ -115,6 +115,11 @@ class Chain:
         return dry(v), 60.0 * (self.held - 0.2)
 
 
+def floats(_, y, v):
+    """Dry friction that is 5 N less above 0.15 m/s."""
+    return dry(v, 20.0 - 5.0 * (abs(v) > 0.15)), 0.0
+
+
 class Film:
     """Dry friction that a second of motion at 0.4 m/s takes 3 N from."""
 
@@ -150,6 +155,7 @@ def grease(_, y, v):
         (Chain, {"position"}, "behind a free travel"),
         (Film, {"velocity"}, "remembers how fast"),
         (lambda: grease, {"position"}, "changes along the travel"),
+        (lambda: floats, {"velocity"}, "another above some speed"),
         (Lip, {"distance_since_reversal"}, "each reversal raises"),
     ],
 )
