@@ -232,8 +232,8 @@ def placed(s: Setting) -> list[Guise]:
     onsets = [share * s.speed for share in (0.3, 0.7, 1.2)]
     opening = grid([0.1 * s.force], onsets)
     ways = [Guise(VALVE, (force, onset), opening, fixed=(("direction", way),), depends="velocity") for way in SIDES]
-    fast = dataclasses.replace(onset, low=FLAT * s.speed)
-    onsets = (np.geomspace(0.2, 1.05, 6) * s.speed).tolist()
+    fast = dataclasses.replace(onset, low=FLAT * s.speed, spread=PLACED_SPREAD)
+    onsets = (np.geomspace(0.2, 1.05, 12) * s.speed).tolist()
     lift = Guise(LIFT, (force, fast), grid([0.1 * s.force], onsets), fixed=(("direction", 0.0),), depends="velocity")
     return [*found, *ways, lift]
 
