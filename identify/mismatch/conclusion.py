@@ -94,6 +94,7 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
+TRACE = 0.005  # of the square of the force that is left without it: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
 ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
@@ -601,13 +602,15 @@ class Conclusion:
 
         A lag makes data likelier where the stamps of the two channels are apart, too, and friction that wanders is
         predicted better from any moment on, in other recordings as well. Beside another effect, what foretells unseen
-        data may be how its curve differs. What was large enough to be named while another was missing may not be once
-        that is found.
+        data may be how its curve differs, and what takes no force away is nothing. What was large enough to be named
+        while another was missing may not be once that is found.
         """
         guise = self.final.problem.guise(effect.name)
         x, share = self.final.x[self.final.problem.slot(guise)], self._share(self.final)
         least = finding(effect.name, proven=share < PROVEN and foretold(self._gained))
         if guise.oddity(x, least) is not None or at_edge(self.final, guise):
+            return False
+        if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:
             return False
         if not _may_be_absent(effect):
             return True
@@ -650,9 +653,10 @@ class Conclusion:
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
             lacking = unexplained(rest.problem, rest.x, self.evidence.train)
-            share = 0.0
             if with_all is not None and lacking is not None:
                 share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
+            else:  # two masses seen from the motor have no inverse: what the prediction errors tell
+                share = 1.0 - float(np.exp((price(chosen) - price(rest)) / len(self.evidence.train)))
             values = no_better(guise.name, quantities(final, guise, other), stamped)
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
