@@ -103,7 +103,7 @@ SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the tra
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
-STRAY = 10.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
+STRAY = 12.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
@@ -427,11 +427,15 @@ class Conclusion:
         """What an effect that may not be named would explain: something else acts along its coordinate.
 
         A drag that is negative is none, but friction does bend over the speed where unseen data say so; what steps more
-        than once is no step, but changes with time.
+        than once is no step, but changes with time, if that is more than friction wanders anyway.
         """
-        felt = [one for one in self.selection.opening if one.acting >= SMALLEST * one.fit.dry_level]
-        may_be = [one for one in felt if one.refused is None or one.misplaced or one.refused.startswith(OTHERS)]
-        likely = [one for one in may_be if _strong(one) and one.evidence.z > Z]
+
+        def may_be(one: Step) -> bool:
+            wanders = one.refused is not None and one.refused.startswith(OTHERS)
+            least = FELT if wanders else SMALLEST
+            return one.acting >= least * one.fit.dry_level and (wanders or one.refused is None or one.misplaced)
+
+        likely = [one for one in self.selection.opening if may_be(one) and _strong(one) and one.evidence.z > Z]
         return sorted((self._along(step) for step in likely), key=lambda one: -one.evidence)
 
     def _along(self, step: Step, like: str = "") -> Structure:

@@ -39,6 +39,7 @@ LITTLE = 0.15  # of the evidence of an effect that has earned its name: what sho
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
+BREAK_AWAY = {"dwell_time_stiction"}  # what a baseline without them takes for static friction
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
@@ -206,8 +207,23 @@ def _look(current: Fit, candidate: Candidate) -> Look:
     _shrink(problem, x, guise, seen)
     classical = x.copy()
     classical[:, :4] = CLASSICAL
-    x, seen = np.concatenate([x, classical]), np.concatenate([seen, seen], axis=1)
+    others = [x, classical]
+    if guise.name in BREAK_AWAY:
+        others.append(_handed_over(problem, guise, x))
+    x, seen = np.concatenate(others), np.concatenate([seen] * len(others), axis=1)
     return Look(problem, guise, *_first_look(current, problem, guise, x, seen))
+
+
+def _handed_over(problem: ExtendedProblem, guise: Guise, x: Floats) -> Floats:
+    """The points x (k, size) where the effect raises the static friction by what the baseline's had risen instead."""
+    amplitude = guise.amplitude()
+    if amplitude is None:
+        return x
+    other, unknown = x.copy(), guise.unknowns[amplitude]
+    static = np.maximum(x[:, 1] - x[:, 0], 0.0) * problem.scales.force
+    other[:, problem.slot(guise).start + amplitude] = [unknown.scaled(min(rise, unknown.high)) for rise in static]
+    other[:, 1:3] = np.stack([x[:, 0], np.full(len(x), CLASSICAL[2])], axis=1)
+    return other
 
 
 def _in_whole_turns(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:
