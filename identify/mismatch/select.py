@@ -288,7 +288,7 @@ def _improves(evidence: Comparison, kin: set[str]) -> bool:
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
     """Whether the step's evidence comes from where an effect acts, `near` (n,), if that is in few places."""
     if near is None or near.mean() > FEW:
-        return step.evidence.z < Z
+        return step.evidence.z < Z and not told_elsewhere(step.evidence)
     if step.evidence.z < Z_STRONG and not (foretold(step.evidence) and step.evidence.steady < BIC_STRONG):
         return True
     gained = step.fit.terms() - before.terms()
