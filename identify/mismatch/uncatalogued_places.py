@@ -108,6 +108,25 @@ VISCOUS_ZONE = Effect(
 )
 
 
+@law(TO_STEP)
+def _push_in_place(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = (b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j]
+        b[FORCE + j] += p[j] * exp_neg(away * away)
+
+
+LATCH = Effect(
+    name="push_in_place",
+    parameters=(
+        Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
+        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("width", "m", (1e-3, 1.0), (1e-9, 1e6), about="w"),
+    ),
+    laws=(_push_in_place,),
+    source="a push one way, in both directions of motion, near one place: a latch, a brush, a magnet",
+)
+
+
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _in_sector(turns: float, angle: float, sharpness: float) -> float:
     """1 in the middle of a sector of each turn, at `angle` [rad], and less away from it."""
@@ -188,7 +207,7 @@ LIFT = Effect(
     laws=(_open,),
     source="dry friction that is another above some speed, both ways: a carriage that floats, a guard that hums",
 )
-EFFECTS = (LEVEL_STEP, PICKED_UP, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT)
+EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -209,6 +228,8 @@ def placed(s: Setting) -> list[Guise]:
     force = Unknown("force", 0.3 * s.force, -5.0 * s.force, 5.0 * s.force)
     steps = grid([0.1 * s.force], across, [0.01 * s.travel])
     found.append(Guise(PICKED_UP, (force, place, length), steps, depends="position"))
+    pushes = grid([0.1 * s.force], across, widths)
+    found.append(Guise(LATCH, (force, centre, width), pushes, depends="position"))
     wheels = {"motor_angle": s.axis.mechanics.Rm, "pulley_angle": s.axis.mechanics.Rc}
     if math.isclose(*wheels.values()):
         del wheels["motor_angle"]
@@ -250,7 +271,7 @@ def interval(name: str, values: dict[str, float], reached: tuple[float, float], 
         return low, max(values["place"], low)
     if name == PICKED_UP.name:
         return min(values["place"], high), high
-    if name == VISCOUS_ZONE.name:
+    if name in {VISCOUS_ZONE.name, LATCH.name}:
         half = WIDE * values["width"]
         return max(values["centre"] - half, low), min(values["centre"] + half, high)
     if name == LIFT.name:

@@ -45,6 +45,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "fresh_drag": "dry friction that each reversal raises and that wears off (a seal lip that turns over, a film)",
     "level_step": "dry friction that is another past one place (a joint of the rail)",
     "picked_up_weight": "a force that sets in beyond one place (a weight or a chain that is carried along)",
+    "push_in_place": "a push one way near one place (a latch, a brush, a magnet)",
     "viscous_zone": "viscous friction in one place (old grease, an oil sump)",
     "sector_push": "a push in one sector of each turn (a notch, a splice)",
     "sector_rub": "dry friction in one sector of each turn (a damaged bearing)",
