@@ -34,6 +34,7 @@ from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, P
 from identify.mismatch.rivals import fit_of, rivals_of, still_tied
 from identify.mismatch.rules import (
     BIC_STRONG,
+    BREAK_AWAY,
     BRISTLES,
     CLEAN,
     FORESEEN,
@@ -101,7 +102,6 @@ ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so f
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
-BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 STRAY = 12.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all

@@ -39,7 +39,7 @@ CURVE = "stribeck_exponent"
 SLOWEST = 1e-9  # of v_s: below it every curve is at its top
 FASTEST = 6.5  # logarithm of the largest argument of the exponential
 RISING = "rising_friction"
-RISES, CERTAIN = 0.15, 10.0  # of F_c that F_s lies below it, and its z: no complete machine of two authors has any
+RISES, CERTAIN = 0.15, 10.0  # of F_c that F_s lies below it, and its z: no healthy machine of three authors has any
 BENDS = (-0.7, 1.1)  # logarithm of the exponent: from 0.5 to 3
 
 

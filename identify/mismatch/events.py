@@ -42,7 +42,7 @@ SUDDEN = 150.0  # evidence for a spell ...
 SPELLS = (0.85, 0.05), (0.6, 0.1)  # ... and its share of that for any slow force, with how much of the dry friction it
 # must be then: spells of healthy friction that wanders have shares of 0.8 and forces of 4.5 % at most
 KNOTS, LASTS = 4, (0.9, 0.025)  # a spell of so many knots; healthy ones as long have shares of 0.62
-MOST_OF_IT = 0.5, 0.6  # of a recording: what lasts longer is no spell; that one may
+LONGEST_SPELL = 0.5, 0.6  # of a recording: what lasts longer is no spell, nor such a long one
 WANDERS = 0.06  # of the dry friction, rms: friction itself wanders by less
 SMOOTH_CUT = 8.0  # Hz: what position sensors resolve as force
 WEIGHT = 0.1  # of evidence from residual force, which no unseen data confirm
@@ -168,7 +168,7 @@ def _spell(view: View, against: bool) -> Structure | None:
     gain, start, end = richest_stretch(seen, view.error)
     evidence = likelier(view, gain / view.variance) - 4.0 * float(np.log(len(knots)))
     lasts = end - start >= KNOTS
-    inside = start > 0 and end < len(knots) and end - start < MOST_OF_IT[lasts] * len(knots)
+    inside = start > 0 and end < len(knots) and end - start < LONGEST_SPELL[lasts] * len(knots)
     force = equal_force(seen[:, start:end], view.error)
     if not inside or evidence < SUDDEN:
         return None

@@ -17,7 +17,7 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed
-from identify.mismatch.rules import BIC, KNOWN, Step, all_told, bent_to_edge, price, refusal
+from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import wanders
 from identify.observer import gain_table
@@ -39,7 +39,6 @@ LITTLE = 0.15  # of the evidence of an effect that has earned its name: what sho
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
-BREAK_AWAY = {"dwell_time_stiction"}  # what a baseline without them takes for static friction
 WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
 LOOK = 8  # iterations of each polish of a first look
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too

@@ -51,6 +51,7 @@ SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
+BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BRISTLES = "presliding_hysteresis"
 ON_BOUND = "a parameter ended on its bound"  # reason that a likely effect gets no name
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets none

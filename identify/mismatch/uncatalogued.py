@@ -515,7 +515,7 @@ def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], c
     if name == SWINGING_LOAD.name:
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
     if name == FRESH_DRAG.name:
-        return 0.0, WORN * min(values["travel"], values["time_constant"])  # the other one is endless
+        return 0.0, min(WORN * min(values["travel"], values["time_constant"]), high)  # the other one is endless
     if name != ONE_WAY_PULL.name:
         return interval(name, values, reached, constant)
     return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
