@@ -616,6 +616,8 @@ class Conclusion:
             return False
         if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:
             return False
+        if self._at_any_time(effect):
+            return False
         if not _may_be_absent(effect):
             return True
         if _unknown(effect):
@@ -625,6 +627,11 @@ class Conclusion:
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
+
+    def _at_any_time(self, effect: FoundEffect) -> bool:
+        """Whether nobody knows when it happened: the interval of its moment is longer than the recording."""
+        moment = effect.parameters.get("time")
+        return moment is not None and moment.ci95 is not None and float(np.ptp(moment.ci95)) > self._duration
 
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""

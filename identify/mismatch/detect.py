@@ -19,6 +19,7 @@ from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Hidden
 from identify.mismatch.rules import BIC_STRONG, SMALLEST, Z_STRONG, allowed_constant, constant_of
 from identify.mismatch.score import extend, spanned
+from identify.mismatch.wandering import LEAST, STEP
 
 Floats = NDArray[np.float64]
 
@@ -101,7 +102,8 @@ def _smallest(scene: _Scene, guise: Guise) -> Hidden | None:
     start[where] *= stretch
     x[0, problem.slot(guise)] = start
     rms, acting = effect_force(problem, x[0], guise)
-    least = MARGIN * max(SMALLEST * fit.dry_level / max(acting, 1e-300), _least(guise, start))
+    smallest = LEAST if guise.name == STEP else SMALLEST
+    least = MARGIN * max(smallest * fit.dry_level / max(acting, 1e-300), _least(guise, start))
     if linear:
         more = max(SAFE, least)
         start[where] *= more

@@ -17,7 +17,7 @@ from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import curve
 from identify.mismatch.data import Evidence, Judges, digest, gather
 from identify.mismatch.guise import Guise, Setting
-from identify.mismatch.once import STEP, happened_once
+from identify.mismatch.once import happened_once
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.report_values import Measured, measured
 from identify.mismatch.residual import RESTING, setting_of
@@ -26,6 +26,7 @@ from identify.mismatch.rules import BIC, price
 from identify.mismatch.select import Selection, select
 from identify.mismatch.twice import told_twice
 from identify.mismatch.uncatalogued import uncatalogued
+from identify.mismatch.wandering import STEP
 from identify.mismatch.ways import guises
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve

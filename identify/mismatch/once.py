@@ -15,11 +15,10 @@ from identify.mismatch.data import begins, following
 from identify.mismatch.guise import Guise
 from identify.mismatch.rules import TIED_BIC, cost
 from identify.mismatch.select import select
-from identify.mismatch.wandering import EDGE, moment_of
+from identify.mismatch.wandering import EDGE, STEP, moment_of
 from identify.mismatch.ways import guises
 from plant.effects import find
 
-STEP = "step_change"
 FOLLOW = "recordings taken to follow each other: the step in recording {} is there in all after it"
 
 

@@ -9,11 +9,13 @@ from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import gain_of_one
 from identify.mismatch.probes import View
 
+STEP = "step_change"
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another step has this much, friction wanders
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
+LEAST = 0.02  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 
 
@@ -27,12 +29,14 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
     """
     if name not in ONCE:
         return None
+    if name == STEP and abs(_value(fitted, "step")) < LEAST * fitted.dry_level:
+        return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
     view = View.of(fitted, fitted.found.gain)
     samples = view.foreseen()
     direction = coordinates(samples, fitted.problem.axis)["direction"]
     first, last = float(samples.t.min()), float(samples.t.max())
     moments = np.linspace(first, last, MOMENTS + 2)[1:-1]
-    if name == "step_change":
+    if name == STEP:
         moment = moment_of(fitted)
         if not EDGE * (last - first) < moment - first < (1.0 - EDGE) * (last - first):
             return f"friction steps at {moment:.3g} s, where the fitted data begin or end"
@@ -46,7 +50,12 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
 
 def moment_of(fitted: Fit) -> float:
     """When the friction of a model with a `step_change` steps. [s]"""
-    guise = next(guise for guise in fitted.problem.guises if guise.name == "step_change")
-    index = next(k for k, unknown in enumerate(guise.unknowns) if unknown.parameter == "time")
+    return _value(fitted, "time")
+
+
+def _value(fitted: Fit, parameter: str) -> float:
+    """A parameter of the model's `step_change`. [its unit]"""
+    guise = next(guise for guise in fitted.problem.guises if guise.name == STEP)
+    index = next(k for k, unknown in enumerate(guise.unknowns) if unknown.parameter == parameter)
     start = fitted.problem.slot(guise).start
     return float(guise.unknowns[index].value(fitted.x[start + index, None])[0])
