@@ -333,6 +333,12 @@ class Conclusion:
         better = self._share(self.final) < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
         return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
+    def denies(self, names: set[str]) -> bool:
+        """Whether unseen data have proven that what might have these `names` has another curve."""
+        opening = self.selection.opening
+        denied = {one.guise.name for one in opening if one.denied and one.evidence.unseen < PROVEN and _strong(one)}
+        return bool(names) and names <= denied
+
     @property
     def happened(self) -> bool:
         """Whether what is left without a name is an event in time: no other data are needed to say that."""
@@ -616,8 +622,6 @@ class Conclusion:
             return False
         if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:
             return False
-        if self._at_any_time(effect):
-            return False
         if not _may_be_absent(effect):
             return True
         if _unknown(effect):
@@ -627,11 +631,6 @@ class Conclusion:
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
-
-    def _at_any_time(self, effect: FoundEffect) -> bool:
-        """Whether nobody knows when it happened: the interval of its moment is longer than the recording."""
-        moment = effect.parameters.get("time")
-        return moment is not None and moment.ci95 is not None and float(np.ptp(moment.ci95)) > self._duration
 
     def _aside(self, shown: Fit) -> tuple[str, ...]:
         """What is said of what the model takes into account though it is no effect."""

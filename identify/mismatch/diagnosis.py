@@ -105,12 +105,21 @@ def conclude(
         return _known_before(_selected(recordings, gather(recordings, axis, judges), axis, doubtful, seed, progress))
 
     first = judged_by(Judges.LAST)
-    if isinstance(first, Diagnosis) or first.verdict is Verdict.EXPLAINED:
+    if isinstance(first, Diagnosis):
+        return first
+    if first.verdict is Verdict.EXPLAINED:
+        other = None if first.selection.steps or not first.torn else judged_by(Judges.PART)
+        if isinstance(other, Conclusion) and other.verdict is Verdict.EXPLAINED and other.selection.steps:
+            return other  # a constant force is no reason why recordings disagree
         return first
     more = judged_by(Judges.PART) if first.torn and (first.spelled or not first.happened) else first
     told = first.spelled or first.confirmed
     no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
-    if isinstance(more, Diagnosis) or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED):
+    if (
+        isinstance(more, Diagnosis)
+        or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED)
+        or (more.verdict is Verdict.EXPLAINED and first.denies({step.guise.name for step in more.selection.steps}))
+    ):
         found = first
     else:
         found = more

@@ -338,7 +338,9 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
         )
         final = SimpleNamespace(problem=problem, x=np.array([error]))
         gained = Comparison(-650.0, 11.4, -536.0, 0.3, left, 2492.0, 12.7)
-        return Conclusion._there(SimpleNamespace(final=final, _share=lambda _: left, _gained=gained), effect)
+        alone = SimpleNamespace(steps=[None])
+        fake = SimpleNamespace(final=final, _share=lambda _: left, _gained=gained, selection=alone)
+        return Conclusion._there(fake, effect)
 
     assert there(0.4)
     assert not there(0.2)

@@ -213,7 +213,7 @@ def test_a_weight_that_is_carried_along_is_found_with_its_side(force):
 
 def test_friction_that_rises_with_speed_is_no_stribeck_curve():
     """Eq. (1) imitates it with F_s far below F_c: everything was complete."""
-    thins = lambda t, y, v: (10.0 + 15.0 * np.tanh(abs(v) / 0.1), 0.0)  # noqa: E731
+    thins = lambda t, y, v: (25.0 - 15.0 * np.exp(-abs(v) / 0.1), 0.0)  # noqa: E731
     found = diagnose([driven(seed, thins) for seed in (1, 2)], AXIS)
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate == "velocity"
