@@ -289,10 +289,9 @@ class Conclusion:
     @property
     def _odder(self) -> bool:
         """Whether as many effects, one of which cannot be what it is called, are likelier than the chosen ones."""
-        selection, chosen = self.selection, self.selection.chosen
-        pairs = [(step, best) for best, steps in zip(selection.steps, selection.rivals, strict=False) for step in steps]
-        pairs += [(step, selection.steps[-1]) for steps in selection.rivals[len(selection.steps) :] for step in steps]
-        odd = [step for step, best in pairs if step.misplaced and not outdone(step, best)]
+        chosen, steps = self.selection.chosen, self.selection.steps
+        stages = [(tried, steps[min(number, len(steps) - 1)]) for number, tried in enumerate(self.selection.rivals)]
+        odd = [step for tried, best in stages for step in tried if step.misplaced and not outdone(step, best)]
         return any(len(s.fit.names) <= len(chosen.names) and cost(s.fit) < cost(chosen) - TIED_BIC for s in odd)
 
     @cached_property

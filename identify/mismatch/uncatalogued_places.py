@@ -79,8 +79,7 @@ PICKED_UP = Effect(
     name="picked_up_weight",
     parameters=(
         Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
-        Parameter("place", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
-        Parameter("length", "m", (1e-4, 1.0), (1e-9, 1e6), about="of the transition"),
+        *LEVEL_STEP.parameters[1:],
     ),
     laws=(_carry_on,),
     source="a weight, a chain or a gas spring that is carried along beyond one place",
@@ -118,9 +117,8 @@ def _push_in_place(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # no
 LATCH = Effect(
     name="push_in_place",
     parameters=(
-        Parameter("force", "N", (-1e3, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
-        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
-        Parameter("width", "m", (1e-3, 1.0), (1e-9, 1e6), about="w"),
+        PICKED_UP.parameters[0],
+        *VISCOUS_ZONE.parameters[1:],
     ),
     laws=(_push_in_place,),
     source="a push one way, in both directions of motion, near one place: a latch, a brush, a magnet",
