@@ -1,41 +1,33 @@
-"""What a finished selection means: does the name stand, what else could it be, and what is left."""
+"""What a finished selection means: does the name stand, and what is left."""
 
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Sequence
 from functools import cached_property, reduce
 
 import numpy as np
 
-from identify.criterion import RUN_LENGTH
 from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
-from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
-from identify.mismatch.curve import CURVE, rising
+from identify.mismatch.curve import rising
 from identify.mismatch.data import Evidence
-from identify.mismatch.detect import detectable
-from identify.mismatch.experiment import Experiment, in_words, propose, settling
+from identify.mismatch.effect_sizes import may_be_absent, unknown
 from identify.mismatch.finish import finished
 from identify.mismatch.floors import no_better
-from identify.mismatch.force_error import force_errors, native
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import SMALLEST as FELT
 from identify.mismatch.nameless import SURE, Structure, simplest_first
-from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import measured, quantities, reported, second_opinion
-from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
-from identify.mismatch.rivals import fit_of, rivals_of, still_tied
+from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import (
     BIC_STRONG,
     BREAK_AWAY,
-    BRISTLES,
     CLEAN,
     FORESEEN,
     HELD_OUT,
@@ -58,7 +50,6 @@ from identify.mismatch.rules import (
     outdone,
     overwhelming,
     price,
-    tied,
 )
 from identify.mismatch.select import Selection, without
 from identify.mismatch.sensor_errors import zero_jumps
@@ -66,7 +57,6 @@ from identify.mismatch.structure import structures
 from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
 from identify.mismatch.wandering import OTHERS
 from plant.axis import Axis
-from plant.effects import find
 from plant.recording import Recording
 
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
@@ -87,27 +77,14 @@ ELSEWHERE = 100.0  # evidence for anything else that recordings may have in whic
 OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
-CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
-EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
-MICROMETRES = "contacts bend by less than can be measured here before they slide: taken into account"
-STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
-BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
-MAYBE = "{}: there may be some, or none: taken into account, not named"
-ORDERS = 3  # lags in series that a drive may have
-AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
 TRACE = 0.005  # of the square of the force that is left without it: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
-ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
-WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 STRAY = 12.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
-RIVAL = 0.8  # of the best evidence: coordinates this close are named too
-EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
-WEIGHTLESS = {"inertia_error": "torque_scale_error", "torque_scale_error": "inertia_error"}  # where friction is free
 
 
 @dataclasses.dataclass(frozen=True)
@@ -133,9 +110,9 @@ class Conclusion:
     @cached_property
     def final(self) -> Fit:
         """The chosen model after its last polish: what is reported of it."""
-        return self._finished(self.selection.chosen)
+        return self.polished(self.selection.chosen)
 
-    def _finished(self, chosen: Fit) -> Fit:
+    def polished(self, chosen: Fit) -> Fit:
         """`chosen` after a last polish."""
         self.progress(Doing(Stage.CONCLUSION, "last polish"))
         return finished(chosen, self.evidence.held_out, self.setting.native_time or self.setting.sample_time)
@@ -191,7 +168,7 @@ class Conclusion:
         if self._evidence < -BIC_STRONG and share > MUCH:
             return False
         if decided(self._gained):
-            return share < HELD_OUT or fairest_ratio(self._everyday, final, self.evidence.held_out) < WORTH
+            return share < HELD_OUT or fairest_ratio(self.everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
@@ -208,7 +185,7 @@ class Conclusion:
 
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
-        return self._held_out(fitted) / max(self._error_to_beat, 1e-300)
+        return self.held_out(fitted) / max(self._error_to_beat, 1e-300)
 
     @cached_property
     def _past(self) -> float:
@@ -218,12 +195,12 @@ class Conclusion:
     @cached_property
     def _to_beat(self) -> Fit:
         """The baseline before or after a last polish, no effect of the names: what predicts unseen data better."""
-        return min(self._everyday, self._finished(self._everyday), key=self._held_out)
+        return min(self.everyday, self.polished(self.everyday), key=self.held_out)
 
     @cached_property
     def _error_to_beat(self) -> float:
         """Its one-second error on unseen data. [1]."""
-        return self._held_out(self._to_beat)
+        return self.held_out(self._to_beat)
 
     @cached_property
     def _bare(self) -> Fit:
@@ -237,7 +214,7 @@ class Conclusion:
         return without(bare, shift)  # beside the effects it was a shift of the clocks, without them it stands for one
 
     @property
-    def _everyday(self) -> Fit:
+    def everyday(self) -> Fit:
         """What names must predict better than: the baseline everybody would fit, or one with what is no effect."""
         return self._bare if self.selection.aside else self.plain
 
@@ -245,7 +222,7 @@ class Conclusion:
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self._bare, self.selection.chosen
-        if self._held_out(self.final) > USELESS:
+        if self.held_out(self.final) > USELESS:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self._share(self.final)
@@ -255,7 +232,7 @@ class Conclusion:
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
             if after > rest and after > KEPT * before:
                 return False
-            strays = self._held_out(self.final) > STRAY * self.own and not decided(self._gained)
+            strays = self.held_out(self.final) > STRAY * self.own and not decided(self._gained)
             if strays or self._odder:
                 return False
         asked = not self.blind and not decided(self._gained)
@@ -298,7 +275,7 @@ class Conclusion:
     def explains(self) -> bool:
         """Whether there is something to name, and its name is worth the risk."""
         if not self.selection.steps:
-            return self._offset_named
+            return self.offset_named
         return (self.told_twice or (self.stands and self.pays())) and bool(self.named)
 
     def or_constant(self) -> Conclusion:
@@ -369,7 +346,7 @@ class Conclusion:
     @cached_property
     def _astray(self) -> float:
         """One-second error of the everyday model on held-out data over that of the same fitted to them. [1]"""
-        return self._held_out(self._everyday) / max(self.own, 1e-300)
+        return self.held_out(self.everyday) / max(self.own, 1e-300)
 
     @cached_property
     def own(self) -> float:
@@ -377,20 +354,20 @@ class Conclusion:
         return fit_baseline(self.evidence.held_out, self.axis, self.seed).short_run()
 
     @cached_property
-    def _offset_named(self) -> bool:
+    def offset_named(self) -> bool:
         """Whether a constant force earned its name.
 
         A force alone is in the baseline too, without a name; what it is read as must predict unseen data better. Nor
         may more be left than it explains: what acts in part of the travel has a mean that is no constant force.
         """
         offset = self.constant
-        if offset is None or (self.selection.steps and _may_be_absent(offset.effect)):
+        if offset is None or (self.selection.steps and may_be_absent(offset.effect)):
             return False
         if not self.selection.steps and any(one.evidence >= LEFT * offset.evidence for one in self.left):
             return False
-        error = self._held_out(offset.fit)
+        error = self.held_out(offset.fit)
         most = HELD_OUT if offset.effect.name == "force_offset" else 1.0
-        return error < most * self._held_out(self.selection.chosen) and error < USELESS
+        return error < most * self.held_out(self.selection.chosen) and error < USELESS
 
     @cached_property
     def nameless(self) -> list[Structure]:
@@ -480,131 +457,14 @@ class Conclusion:
             return Verdict.EXPLAINED
         return Verdict.UNEXPLAINED if self.nameless else Verdict.NO_MISMATCH
 
-    def written(self) -> Diagnosis:
-        """The answer."""
-        if self.verdict is not Verdict.EXPLAINED:
-            return self._answer(self.verdict, self.plain, (), self.nameless)
-        named = self.named if self.selection.steps else ()
-        offset = self.constant
-        if offset is not None and self._offset_named:
-            return self._answer(self.verdict, offset.fit, (*named, offset.effect), [])
-        return self._answer(self.verdict, self.selection.chosen, named, [])
-
-    def _answer(
-        self, verdict: Verdict, chosen: Fit, effects: tuple[FoundEffect, ...], found: list[Structure]
-    ) -> Diagnosis:
-        """All entries of the contract for a verdict."""
-        baseline, evidence = self.plain, self.evidence
-        held = self._held_out(baseline)
-        if chosen is baseline:
-            shown = baseline
-        else:
-            shown = self.final if chosen is self.selection.chosen else self._finished(chosen)
-        held_chosen = self._held_out(shown)
-        alternatives = self._alternatives(effects)
-        candidates: tuple[Experiment, ...] = ()
-        if len(alternatives) > 1:
-            alternatives, candidates = self._experiments(chosen, alternatives)
-        best = settling(candidates)
-        location = self._place(effects) if effects else self._nameless(found, chosen)
-        hidden = detectable(self._everyday, self.ways) if verdict is Verdict.NO_MISMATCH else {}
-        left = self._everyday if chosen is baseline else chosen
-        remaining = Quantity(left.latent_force, self.axis.force_unit)
-        if verdict is Verdict.EXPLAINED:
-            explanation = words.explained(effects, alternatives, held_chosen / max(held, 1e-300))
-        elif verdict is Verdict.UNEXPLAINED:
-            explanation = words.unexplained(remaining, location, found[0].like if found else "")
-        else:
-            explanation = words.nothing_missing(remaining, hidden)
-        wanted = [COORDINATE.get(effect.name, "time") for effect in effects]
-        if location is not None:
-            wanted += [location.coordinate, *location.alternatives]
-        different: tuple[Change, ...] = ()
-        if evidence.before is not None:
-            self.progress(Doing(Stage.CONCLUSION, "changes since commissioning"))
-            different = changes_since(chosen, evidence.before, (evidence.train, evidence.held_out))
-            explanation += words.changed(different)
-        recorded = native(self.recordings, self.axis, evidence)
-        return Diagnosis(
-            verdict=verdict,
-            axis=self.axis.name,
-            explanation=explanation,
-            effects=effects,
-            alternatives=alternatives if effects else (),
-            location=location,
-            fit={
-                "baseline": Pair(baseline.short_run(), held),
-                "extended": Pair(shown.short_run(), held_chosen),
-            },
-            force_error={
-                name: force_errors(fitted.problem, fitted.x, recorded)
-                for name, fitted in (("baseline", baseline), ("extended", shown))
-            },
-            held_out_kind=evidence.kind,
-            run_length=RUN_LENGTH,
-            remaining_force=remaining,
-            detectable=hidden,
-            changes=different,
-            next_experiment=None if best is None else in_words(best),
-            experiments=candidates,
-            seed=self.seed,
-            data_sha256=evidence.sha256,
-            preprocessing=(*evidence.removed, *self._aside(shown), *self._unnamed(effects)),
-            pictures=pictures_of(
-                self.selection,
-                baseline,
-                chosen if chosen is not baseline else None,
-                evidence,
-                wanted,
-                {way.name for way in self.ways},
-                {effect.name for effect in effects},
-            ),
-        )
-
-    def _constants(self, chosen: tuple[str, ...], rival: Step) -> tuple[str, ...]:
-        """`chosen` with the constant force that the model of a `rival` beside all other names needs, or without."""
-        named = {one.guise.name for one in self.selection.steps}
-        lacks_some = len(rival.fit.names) < len(self.selection.chosen.names)
-        if lacks_some or beyond(rival.fit) == (len(chosen) > len(named)):
-            return chosen
-        return (*chosen, "force_offset") if beyond(rival.fit) else tuple(name for name in chosen if name in named)
-
-    def _experiments(
-        self, chosen: Fit, alternatives: tuple[tuple[str, ...], ...]
-    ) -> tuple[tuple[tuple[str, ...], ...], tuple[Experiment, ...]]:
-        """The alternatives that a fit cannot tell apart either, and the motions that would."""
-        self.progress(Doing(Stage.CONCLUSION, "next experiment"))
-        rivals = rivals_of(chosen, alternatives, self.selection.rivals, self.ways)
-        tied_still = still_tied(rivals, alternatives)
-        closed = self.recordings[-1].loop == "closed"
-        return tied_still, propose([rival for rival in rivals if rival.names in tied_still], closed)
-
-    def _held_out(self, fitted: Fit) -> float:
+    def held_out(self, fitted: Fit) -> float:
         """Eq. (4) over one-second free runs on data the fit has not seen. [1]."""
         return fitted.on(self.evidence.held_out).short_run()
-
-    def _place(self, effects: tuple[FoundEffect, ...]) -> Location:
-        """Where the effect with the largest share acts."""
-        first = max(effects, key=lambda effect: effect.share)
-        z = next((step.evidence.z for step in self.selection.steps if step.guise.name == first.name), 6.0)
-        return named_location(first.name, first.parameters, first.share, z, self.evidence.train, self.axis)
-
-    def _nameless(self, found: list[Structure], fitted: Fit) -> Location | None:
-        """Where structure without a name shows."""
-        if not found:
-            return None
-        best = found[0]
-        close = [*best.also, *(s.coordinate for s in found[1:] if s.evidence > RIVAL * best.evidence)]
-        others = tuple(dict.fromkeys(name for name in close if name != best.coordinate))
-        share = 1.0 - float(np.exp(-best.evidence / len(self.evidence.train)))
-        if best.force > 0.0:
-            share = best.force**2 / (best.force**2 + fitted.latent_force**2)
-        return Location(best.coordinate, best.interval, share, best.p_value, others)
 
     @cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
-        return tuple(effect for effect in self._effects if self._there(effect))
+        return tuple(effect for effect in self.effects if self._there(effect))
 
     def _there(self, effect: FoundEffect) -> bool:
         """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
@@ -621,9 +481,9 @@ class Conclusion:
             return False
         if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:
             return False
-        if not _may_be_absent(effect):
+        if not may_be_absent(effect):
             return True
-        if _unknown(effect):
+        if unknown(effect):
             return False
         if effect.name in ONCE and share < CONFIRMED and foretold(self._gained):
             return True
@@ -631,25 +491,8 @@ class Conclusion:
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
 
-    def _aside(self, shown: Fit) -> tuple[str, ...]:
-        """What is said of what the model takes into account though it is no effect."""
-        said = [CLOCK] if self.selection.shift else []
-        if CURVE in self.selection.aside:
-            model = shown if CURVE in shown.names else self.selection.chosen
-            guise = model.problem.guise(CURVE)
-            exponent = float(np.exp(guise.unknowns[0].value(model.x[model.problem.slot(guise)])[0]))
-            said.append(EXPONENT.format(exponent))
-        if BRISTLES in self.selection.aside:
-            said.append(MICROMETRES)
-        return (*said, *(BENT.format(guise.name) for guise in shown.problem.guises if guise.shapes))
-
-    def _unnamed(self, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-        """What is said of an effect in the model that is not among the `named` ones."""
-        found = self._effects if named and self.selection.steps else ()
-        return tuple(_taken_into_account(effect) for effect in found if not self._there(effect))
-
     @cached_property
-    def _effects(self) -> tuple[FoundEffect, ...]:
+    def effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first."""
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
@@ -670,59 +513,6 @@ class Conclusion:
             found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
-    def _alternatives(self, effects: tuple[FoundEffect, ...]) -> tuple[tuple[str, ...], ...]:
-        """The chosen set, then every set these data cannot tell from it."""
-        chosen = tuple(effect.name for effect in effects)
-        sets, swaps = [chosen], []
-        for step, rivals in zip(self.selection.steps, self.selection.rivals, strict=False):
-            for rival in tied(step, [rival for rival in rivals if rival.refused is None or rival.small]):
-                _add(sets, self._constants(chosen, rival), step.guise.name, rival.guise.name)
-                swaps.append((step.guise.name, rival.guise.name))
-        for pair in itertools.combinations(dict.fromkeys(swaps), 2):
-            self._add_both(sets, *pair)
-        found = [step.guise.name for step in self.selection.steps]
-        extra = tuple(name for name in chosen if name not in found)
-        late = set(found) - set(chosen)
-        for other in self.selection.others if chosen else ():
-            names = (*(step.guise.name for step in other.steps if step.guise.name not in late), *extra)
-            if len(set(names)) == len(names) and set(names) not in [set(known) for known in sets]:
-                sets.append(names)
-        offset = self.constant
-        if offset is not None and offset.effect.name in chosen:
-            for name in offset.names:
-                _add(sets, chosen, offset.effect.name, name)
-        exact = EXACT if self.axis.mechanics.weight > 0.0 else EXACT | WEIGHTLESS
-        for name, twin in exact.items():
-            for known in tuple(sets):
-                _add(sets, known, name, twin)
-        if _lags_in_series(effects):
-            sets.append(tuple(name for name in chosen if name != "dead_time"))
-        if _averaged(effects):
-            sets.append(tuple(name for name in chosen if name != "actuator_lag"))
-        return tuple(sets)
-
-    def _add_both(self, sets: list[tuple[str, ...]], one: tuple[str, str], other: tuple[str, str]) -> None:
-        """Note the chosen set with two names swapped at once, where that is as likely."""
-        instead = dict((one, other))
-        swapped = tuple(instead.get(name, name) for name in sets[0])
-        if len(instead) < 2 or not set(instead) <= set(sets[0]) or len(set(swapped)) < len(swapped):
-            return
-        if set(swapped) in [set(known) for known in sets]:
-            return
-        chosen = self.selection.chosen
-        both = fit_of(set(swapped), chosen, self.selection.rivals, self.ways)
-        if both is not None and cost(both) < cost(chosen) + TIED_BIC:
-            sets.append(swapped)
-
-
-def _add(sets: list[tuple[str, ...]], chosen: tuple[str, ...], name: str, other: str) -> None:
-    """Note `chosen` with `other` in place of `name`, once, where that makes sense."""
-    if name not in chosen or other in chosen:
-        return
-    swapped = tuple(other if one == name else one for one in chosen)
-    if set(swapped) not in [set(known) for known in sets]:
-        sets.append(swapped)
-
 
 def _strong(step: Step) -> bool:
     """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
@@ -733,56 +523,3 @@ def _telling(step: Step) -> int:
     """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
     told = step.evidence
     return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
-
-
-def _may_be_absent(effect: FoundEffect) -> bool:
-    """Whether the interval of the effect's size reaches zero, or of what absence is infinite, far up."""
-    return any(low <= 0.0 <= high for _, low, high in _sizes(effect, absent=0.0)) or _endless(effect)
-
-
-def _endless(effect: FoundEffect) -> bool:
-    """Whether a stiffness or a limit may as well be so large that nothing of the effect is there."""
-    return any(high > ENDLESS * value for value, _, high in _sizes(effect, absent=np.inf))
-
-
-def _unknown(effect: FoundEffect) -> bool:
-    """Whether the interval of a size reaches far beyond zero, so that nothing is known of it: unseen data disagree."""
-    towards = [(value, low if value > 0.0 else high) for value, low, high in _sizes(effect, absent=0.0)]
-    return _endless(effect) or any(abs(value - end) > WIDE * abs(value) for value, end in towards)
-
-
-def _sizes(effect: FoundEffect, absent: float) -> list[tuple[float, float, float]]:
-    """Value and interval of each parameter at whose value `absent` the effect is not there."""
-    names = [part.name for part in find(effect.name).parameters if part.absent == absent]
-    known = [effect.parameters[name] for name in names if name in effect.parameters]
-    return [(one.value, *one.ci95) for one in known if one.ci95 is not None]
-
-
-def _lags_in_series(effects: Sequence[FoundEffect]) -> bool:
-    """Whether the dead time beside a lag is short enough for both to be some lags in series, a lag of higher order.
-
-    The force's mean delay and its variance are those of n equal lags where the dead time is sqrt(n) - 1 of the lag.
-    """
-    ratio = _dead_time_per_lag(effects)
-    return ratio is not None and ratio <= np.sqrt(ORDERS) - 1.0
-
-
-def _averaged(effects: Sequence[FoundEffect]) -> bool:
-    """Whether a lag and a dead time may be one late command, the mean of the last while.
-
-    The force's mean delay and its variance are those of a mean where the dead time is sqrt(3) - 1 of the lag.
-    """
-    ratio = _dead_time_per_lag(effects)
-    return ratio is not None and AVERAGED[0] < ratio < AVERAGED[1]
-
-
-def _dead_time_per_lag(effects: Sequence[FoundEffect]) -> float | None:
-    """The dead time over the lag [1], where both are there."""
-    size = {effect.name: effect.parameters[LATE[effect.name]].value for effect in effects if effect.name in LATE}
-    return size["dead_time"] / size["actuator_lag"] if len(size) == len(LATE) else None
-
-
-def _taken_into_account(effect: FoundEffect) -> str:
-    """What is said of an effect that may be absent: a lag may be stamps of the two channels that are apart."""
-    late = LATE.get(effect.name)
-    return MAYBE.format(effect.name) if late is None else STAMPS.format(effect.parameters[late].value)

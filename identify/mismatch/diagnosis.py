@@ -28,6 +28,7 @@ from identify.mismatch.twice import told_twice
 from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.wandering import STEP
 from identify.mismatch.ways import guises
+from identify.mismatch.written import written
 from identify.preprocess import Samples, prepare, smooth_velocity
 from identify.result import FrictionCurve
 from identify.threads import at_most
@@ -72,7 +73,7 @@ def diagnose(
         raise InputError(f"threads is {threads}, but must be at least 1")
     with at_most(threads):
         found = conclude(recordings, axis, seed=seed, progress=progress)
-        return found if isinstance(found, Diagnosis) else found.written()
+        return found if isinstance(found, Diagnosis) else written(found)
 
 
 def conclude(

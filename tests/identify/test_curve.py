@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import conclusion
+from identify.mismatch import conclusion, effect_sizes
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
 from identify.mismatch.diagnosis import diagnose
@@ -71,7 +71,7 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
     plain = SimpleNamespace(latent_force=2.0, names=())
     chosen = SimpleNamespace(latent_force=1.0, names=("rail_defect",))
     fake = SimpleNamespace(
-        final=chosen, _share=lambda one: share, _evidence=evidence, _gained=told, plain=plain, _everyday=plain,
+        final=chosen, _share=lambda one: share, _evidence=evidence, _gained=told, plain=plain, everyday=plain,
         _bare=plain, _past=share, selection=SimpleNamespace(baseline=plain, chosen=chosen),
         evidence=SimpleNamespace(held_out=None),
     )  # fmt: skip
@@ -82,4 +82,4 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
 def test_a_size_whose_interval_reaches_far_beyond_zero_is_not_known(interval, unknown):
     """A healthy machine's friction was 1.9 kg of inertia, give or take 22.8."""
     size = Quantity(1.9, "kg", interval)
-    assert conclusion._unknown(FoundEffect("inertia_error", 0.1, {"mass_error": size}, 1.0)) is unknown
+    assert effect_sizes.unknown(FoundEffect("inertia_error", 0.1, {"mass_error": size}, 1.0)) is unknown

@@ -9,9 +9,10 @@ import pytest
 from identify.mismatch import events, locate, sensor_errors, shapes
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
-from identify.mismatch.conclusion import Conclusion, _averaged, _lags_in_series, _may_be_absent, _unknown
+from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_absent, unknown
 from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
@@ -192,10 +193,10 @@ def test_a_lag_whose_interval_reaches_zero_may_be_absent_and_is_not_named():
         key = {"dead_time": "delay"}.get(name, "time_constant")
         return FoundEffect(name, 0.5, {key: Quantity(4e-4, "s", (low, 1e-3))}, 3.0)
 
-    assert _may_be_absent(late("dead_time", -2e-4))
-    assert _may_be_absent(late("actuator_lag", 0.0))
-    assert not _may_be_absent(late("dead_time", 1e-4))
-    assert not _may_be_absent(late("thermal_drift", -1.0))
+    assert may_be_absent(late("dead_time", -2e-4))
+    assert may_be_absent(late("actuator_lag", 0.0))
+    assert not may_be_absent(late("dead_time", 1e-4))
+    assert not may_be_absent(late("thermal_drift", -1.0))
 
 
 def test_an_effect_whose_size_may_be_zero_is_not_named_wherever_it_is():
@@ -203,8 +204,8 @@ def test_an_effect_whose_size_may_be_zero_is_not_named_wherever_it_is():
         size, centre = Quantity(3.0, "N", (low, high)), Quantity(0.0, "m", (-0.01, 0.01))
         return FoundEffect("rail_defect", 0.5, {"amplitude": size, "centre": centre}, 3.0)
 
-    assert _may_be_absent(defect(-1.0, 7.0))
-    assert not _may_be_absent(defect(1.0, 5.0))
+    assert may_be_absent(defect(-1.0, 7.0))
+    assert not may_be_absent(defect(1.0, 5.0))
 
 
 @pytest.mark.parametrize(
@@ -216,10 +217,10 @@ def test_what_may_be_as_stiff_or_as_high_as_anything_may_be_absent(name, paramet
     def known(high):
         return FoundEffect(name, 0.5, {parameter: Quantity(3e3, "N/m", (1e3, high))}, 3.0)
 
-    assert _may_be_absent(known(2e7))
-    assert _unknown(known(2e7))
-    assert not _may_be_absent(known(2e4))
-    assert not _unknown(known(2e4))
+    assert may_be_absent(known(2e7))
+    assert unknown(known(2e7))
+    assert not may_be_absent(known(2e4))
+    assert not unknown(known(2e4))
 
 
 def drive(lag, delay):
@@ -231,18 +232,18 @@ def drive(lag, delay):
 
 
 def test_a_dead_time_shorter_than_the_lag_may_be_a_lag_of_higher_order():
-    assert _lags_in_series(drive(0.028, 0.0116))  # two of 0.02 s: mean 0.04 s, variance 2 * 0.02^2
-    assert not _lags_in_series(drive(0.02, 0.02))
-    assert not _lags_in_series(drive(0.028, 0.0116)[:1])
+    assert lags_in_series(drive(0.028, 0.0116))  # two of 0.02 s: mean 0.04 s, variance 2 * 0.02^2
+    assert not lags_in_series(drive(0.02, 0.02))
+    assert not lags_in_series(drive(0.028, 0.0116)[:1])
 
 
 def test_a_lag_and_a_dead_time_may_be_the_mean_of_the_last_while():
     width = 0.04  # s: mean delay 0.02 s, variance 0.04^2 / 12
     lag = width / np.sqrt(12.0)
-    assert _averaged(drive(lag, 0.5 * width - lag))
-    assert not _averaged(drive(lag, 3.0 * lag)), "a dead time beside a lag"
-    assert not _averaged(drive(lag, 0.2 * lag)), "lags in series"
-    assert not _averaged(drive(lag, 0.5 * width - lag)[1:])
+    assert averaged(drive(lag, 0.5 * width - lag))
+    assert not averaged(drive(lag, 3.0 * lag)), "a dead time beside a lag"
+    assert not averaged(drive(lag, 0.2 * lag)), "lags in series"
+    assert not averaged(drive(lag, 0.5 * width - lag)[1:])
 
 
 class Grown:
@@ -410,10 +411,10 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))
     bare = SimpleNamespace(latent_force=4.0, dry_level=10.0)
     return SimpleNamespace(
-        final=fit, plain=bare, _bare=bare, _everyday=bare, own=1.0, blind=True, left=[], _odder=False,
+        final=fit, plain=bare, _bare=bare, everyday=bare, own=1.0, blind=True, left=[], _odder=False,
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
-        _held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past, _passing=lambda _: False,
+        held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past, _passing=lambda _: False,
         _gained=Comparison(-450.0, 14.0, -380.0, 0.1, 0.3, 350.0, foreseen_z, lacking=0.3),
     )  # fmt: skip
 
@@ -557,8 +558,8 @@ def test_the_rest_of_a_recording_that_is_not_as_its_beginning_is_where_something
     left = Conclusion(None, 0, [], evidence, None, None, [], None, None)
     left.__dict__.update(own=0.01)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Conclusion, "_held_out", lambda *_: error)
-        patch.setattr(Conclusion, "_everyday", None)
+        patch.setattr(Conclusion, "held_out", lambda *_: error)
+        patch.setattr(Conclusion, "everyday", None)
         found = left._strayed
     assert [(one.coordinate, one.interval) for one in found] == [("time", (36.0, 59.99))] * told
 

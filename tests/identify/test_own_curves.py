@@ -8,7 +8,7 @@ import pytest
 
 from identify.mismatch import explore, probes, select
 from identify.mismatch.compare import Comparison
-from identify.mismatch.conclusion import BENT, Conclusion
+from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import OWN_CURVE
@@ -17,6 +17,7 @@ from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of
 from identify.mismatch.select import Selection
 from identify.mismatch.ways import TAILORED, guises
+from identify.mismatch.written import BENT
 from identify.observer import gain_table
 from identify.preprocess import prepare
 from plant.axis_file import read_axis
@@ -292,11 +293,11 @@ def test_what_a_constant_force_is_read_as_must_predict_unseen_data_better(name, 
     errors = {"read": 0.1 * error, "chosen": 0.1}
     fake = SimpleNamespace(
         constant=SimpleNamespace(fit="read", effect=effect, evidence=100.0), left=[],
-        selection=SimpleNamespace(steps=[], chosen="chosen"), _held_out=errors.get,
+        selection=SimpleNamespace(steps=[], chosen="chosen"), held_out=errors.get,
     )  # fmt: skip
-    assert Conclusion._offset_named.func(fake) is named
+    assert Conclusion.offset_named.func(fake) is named
     fake.left = [SimpleNamespace(evidence=45.0)]
-    assert not Conclusion._offset_named.func(fake), "a shape without a name has too much of its evidence"
+    assert not Conclusion.offset_named.func(fake), "a shape without a name has too much of its evidence"
 
 
 def test_a_model_that_runs_away_through_a_weak_observer_shows_nothing_there(monkeypatch):

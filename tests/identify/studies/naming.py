@@ -23,6 +23,7 @@ from identify.mismatch.diagnosis import conclude
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Diagnosis
 from identify.mismatch.rules import price, refusal
+from identify.mismatch.written import written
 from plant.axis_file import read_axis
 from plant.recording_files import read_recording_entry
 from tests.blind.plan import JUDGE_SEED, draw_spec
@@ -113,7 +114,7 @@ def case_of(seed: int, index: int, folder: Path) -> dict | None:
         return None
     begun = time.process_time()
     conclusion = conclude(recordings, axis)
-    answer = (conclusion if isinstance(conclusion, Diagnosis) else conclusion.written()).to_dict()
+    answer = (conclusion if isinstance(conclusion, Diagnosis) else written(conclusion)).to_dict()
     spent = time.process_time() - begun
     found = {"index": index, "seed": seed, "label": label, "answer": answer, "cpu": spent}
     if isinstance(conclusion, Diagnosis):
@@ -124,8 +125,8 @@ def case_of(seed: int, index: int, folder: Path) -> dict | None:
     found["baseline"] = {"price": price(chosen.baseline), "latent": chosen.baseline.latent_force,
                          "dry": chosen.baseline.dry_level}  # fmt: skip
     found["chosen"] = {"price": price(chosen.chosen), "latent": chosen.chosen.latent_force}
-    found["torn"] = {"plain": conclusion._held_out(conclusion.plain) / conclusion.own,
-                     "final": conclusion._held_out(conclusion.final) / conclusion.own,
+    found["torn"] = {"plain": conclusion.held_out(conclusion.plain) / conclusion.own,
+                     "final": conclusion.held_out(conclusion.final) / conclusion.own,
                      "kind": conclusion.evidence.kind}  # fmt: skip
     found["left"] = [dataclasses.asdict(one) for one in conclusion.left]
     if plant.effects and label["kind"] != "still":
