@@ -19,6 +19,9 @@ LONGEST_EXCURSION = 8  # samples a reading may be away and come back
 REPEATS = 10  # equal readings in a row that can be a frozen sensor
 TWINS = 0.85  # of the larger bend: two neighbours this alike are the two sides of a step
 FORCE_SPIKE = 0.2  # of the force's range
+FEELING = 0.02  # s beside a spike of the force, and four samples at least: what the position shows of it
+DENIED = 0.25  # of what the position leaves with a spike: leaving less without it, the machine did not feel it
+LATEST = 4  # samples that a drive may be late
 MANY = 0.02  # share of samples above which "spikes" are how this signal looks
 
 
@@ -146,8 +149,48 @@ def force_spikes(force: Floats) -> Bools:
     padded = np.pad(force, 2, mode="edge")
     off = force - running_median(padded)
     low, high = np.quantile(force, (0.005, 0.995))
-    bad = np.abs(off) > max(SIGMAS * spread(off), FORCE_SPIKE * (high - low))
+    limit = max(SIGMAS * spread(off), FORCE_SPIKE * (high - low))
+    bad = np.abs(off) > limit
+    leap = np.abs(np.diff(force, prepend=force[:1], append=force[-1:])) > limit  # leap[k]: between samples k-1 and k
+    for begin, end in groups(bad):
+        bad[begin:end] &= leap[begin] and leap[end]  # the top of a short pulse is no leap away from its flanks
     return bad if 0 < bad.mean() <= MANY else np.zeros(len(force), dtype=np.bool_)
+
+
+def groups(flags: Bools) -> list[tuple[int, int]]:
+    """Beginning and end (past the last) of each run of True in flags (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return list(zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def unfelt(t: Floats, force: Floats, position: Floats, odd: Bools, mass: float) -> Bools:
+    """Those of the `odd` samples of a force (n,) that the position denies: wrong readings, no short strong pulses. (n,)
+
+    Beside each, drives of the `mass` [kg] against an equal force are compared: by the force as it was read, or some
+    samples later, and with a straight line over the odd ones. Where they start, how fast and against what is free.
+    """
+    out = np.zeros(len(force), dtype=np.bool_)
+    if not odd.any() or odd.all():
+        return out
+    plain = np.where(odd, np.interp(t, t[~odd], force[~odd]), force)
+    reach = max(4, round(FEELING / float(np.median(np.diff(t)))))
+    for begin, end in groups(odd):
+        near = slice(max(0, begin - reach), min(len(force), end + reach + LATEST))
+        since = t[near] - t[near.start]
+        free = np.stack([np.ones_like(since), since, since**2], axis=1)
+        at = np.arange(near.start, near.stop)
+        forces = np.stack([plain[near], *(force[np.maximum(at - late, 0)] for late in range(LATEST))])
+        left = position[near] - np.stack([_driven(since, one / mass) for one in forces])
+        rest = np.sum((left.T - free @ np.linalg.lstsq(free, left.T, rcond=None)[0]) ** 2, axis=0)
+        out[begin:end] = rest[0] < DENIED * rest[1:].min()
+    return out
+
+
+def _driven(t: Floats, acceleration: Floats) -> Floats:
+    """Position at t (n,) from rest, of an acceleration that is held from each sample to the next. (n,)"""
+    step = np.diff(t)
+    speed = np.concatenate([[0.0], np.cumsum(acceleration[:-1] * step)])
+    return np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * acceleration[:-1] * step**2)])
 
 
 def frozen(x: Floats, leap: Floats | float) -> Bools:
@@ -157,10 +200,8 @@ def frozen(x: Floats, leap: Floats | float) -> Bools:
     """
     step = np.diff(x)
     sudden = np.concatenate([[False], np.abs(step) > leap, [False]])  # sudden[k]: between samples k-1 and k
-    same = np.concatenate([[False], step == 0.0, [False]])
-    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
     out = np.zeros(len(x), dtype=np.bool_)
-    for begin, end in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):  # x[begin..end] are equal
+    for begin, end in groups(step == 0.0):  # x[begin..end] are equal
         if end - begin + 1 >= REPEATS and (sudden[begin] or sudden[end + 1]):
             out[begin + 1 : end + 1] = True
     return out

@@ -91,8 +91,6 @@ def identify_friction(
     if reason is not None:
         return _refused(recording, axis, method, seed, reason)
     problem, found = fit(samples, axis, np.random.default_rng(seed), start, criterion, effects)
-    if problem.samples.mended_force:
-        problem, found = _ask_the_position(recording, problem, found)
     if not found.free_run:
         found = reachable(problem, found)
     samples = problem.samples
@@ -156,20 +154,6 @@ def fit(
     fewer = without(problem.samples, bad)
     note = f"position outliers against the fitted model not used: {np.count_nonzero(bad)}"
     return finish(problem.masked(dataclasses.replace(fewer, removed=(*fewer.removed, note))), found)
-
-
-def _ask_the_position(
-    recording: Recording, problem: FrictionProblem, found: SearchResult
-) -> tuple[FrictionProblem, SearchResult]:
-    """Keep replaced force spikes replaced, unless the position shows that the machine felt them."""
-    felt = prepare(recording, problem.axis, repair_force=False)
-    if len(felt) != len(problem.samples):
-        return problem, found
-    felt = dataclasses.replace(felt, valid=problem.samples.valid, position=problem.samples.position)
-    other = problem.masked(felt)
-    if other.losses(found.x[None], found.gain)[0] >= problem.losses(found.x[None], found.gain)[0]:
-        return problem, found
-    return finish(other, found)
 
 
 def finish(

@@ -12,9 +12,11 @@ from identify.faults import (
     excursions_and_jumps,
     force_spikes,
     frozen,
+    groups,
     largest_step,
     repeats_elsewhere,
     spikes_and_steps,
+    unfelt,
     unwrapped,
 )
 from plant.axis import Axis
@@ -48,11 +50,10 @@ class Piece:
 class Mender:
     """Finds and repairs faults in one piece after the other, and remembers how many."""
 
-    def __init__(self, axis: Axis, repair_force: bool) -> None:
-        """Take resolutions and the possible acceleration from `axis`; `repair_force` replaces spikes of the force."""
-        self._axis, self._repair_force = axis, repair_force
+    def __init__(self, axis: Axis) -> None:
+        """Take resolutions and the possible acceleration from `axis`."""
+        self._axis = axis
         self._counts: dict[str, int] = {}
-        self.mended_force = False
 
     def mend(self, t: Floats, force: Floats, position: Floats) -> list[Piece]:
         """Runs without faults the model could not be marched over."""
@@ -78,8 +79,7 @@ class Mender:
         self._count("position outliers not used", int(np.count_nonzero(away | spikes)))
         self._count("positions of a frozen sensor not used", int(np.count_nonzero(stuck)))
         self._count("jumps of the position zero, new run begun", len(jumps))
-        odd = force_spikes(force) if self._repair_force else np.zeros(len(t), dtype=np.bool_)
-        self.mended_force = self.mended_force or bool(odd.any())
+        odd = unfelt(t, force, position, force_spikes(force), self._axis.mechanics.moving_mass)
         self._count("force spikes replaced by their neighbours", int(np.count_nonzero(odd)))
         force = _bridged(t, force, ~odd)
         dead = _dead_force(t, force, self._axis.drive.force_resolution)
@@ -116,9 +116,8 @@ def _without_jumps(y: Floats, jumps: Ints) -> Floats:
 
 def _long_blind(t: Floats, valid: Bools) -> Bools:
     """Stretches without a valid position that last longer than `LONGEST_BLIND`, and those at the ends. (n,)"""
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], valid, [True]]).astype(np.int8)))
     out = np.zeros(len(t), dtype=np.bool_)
-    for begin, end in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):  # invalid in begin..end-1
+    for begin, end in groups(~valid):  # invalid in begin..end-1
         if begin == 0 or end == len(t) or t[end] - t[begin - 1] > LONGEST_BLIND:
             out[begin:end] = True
     return out

@@ -42,7 +42,6 @@ class Samples:
         sample_time: nominal period after averaging. [s]
         linear: True when the force runs straight between samples, False when it is held.
         mean: True where a held force is the mean over its sample: it runs through the sample as its neighbours say.
-        mended_force: whether spikes of the force were replaced.
         removed: what each step took away or changed, in words.
     """
 
@@ -55,7 +54,6 @@ class Samples:
     sample_time: float
     linear: bool
     mean: bool = False
-    mended_force: bool = False
     removed: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -140,13 +138,12 @@ def average_down(piece: Piece, ratio: int, held: bool) -> Piece:
     return Piece(blocks(piece.t), blocks(force), blocks(piece.position), valid)
 
 
-def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> Samples:
+def prepare(recording: Recording, axis: Axis) -> Samples:
     """Split `recording` at its gaps, take out what sensors got wrong, average fast data down.
 
     Args:
         recording: finite samples with rising stamps (see judge).
         axis: resolutions, possible acceleration, wanted sample time.
-        repair_force: replace single spikes of the force; False to take them as what the machine felt.
     """
     removed: list[str] = []
     period = float(np.median(np.diff(recording.t)))
@@ -157,7 +154,7 @@ def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> S
     held = recording.hold is not TorqueHold.LINEAR
     if recording.hold is TorqueHold.UNKNOWN:
         removed.append("what a force sample means is not known: taken as held until the next")
-    mender = Mender(axis, repair_force)
+    mender = Mender(axis)
     gaps = split_at_gaps(recording.t)
     used = sum(piece.stop - piece.start for piece in gaps)
     if len(gaps) > 1 or used < len(recording):
@@ -174,7 +171,7 @@ def prepare(recording: Recording, axis: Axis, *, repair_force: bool = True) -> S
         return _empty(period * ratio)
     joined = _joined(pieces, recording.t[0], ratio > 1 or not held)
     mean = recording.hold is TorqueHold.MEAN and not joined.linear
-    return dataclasses.replace(joined, mean=mean, mended_force=mender.mended_force, removed=tuple(removed))
+    return dataclasses.replace(joined, mean=mean, removed=tuple(removed))
 
 
 def _joined(pieces: list[Piece], zero: float, linear: bool) -> Samples:

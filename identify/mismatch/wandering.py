@@ -15,7 +15,7 @@ MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
-LEAST = 0.02  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
+LEAST = 0.035  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 
 

@@ -10,6 +10,9 @@ from plant.effects.effect import Effect
 
 SHEET = 0.015  # relative: how well data sheets know a torque constant or a mass; less is no finding
 LOWEST = 0.03  # of the largest command: a loop that winds up asks for many times what the drive can give
+REACHED = (
+    1.15  # of the same: the rounded shoulder of a limit that is higher is a motor that gives less as it is told more
+)
 
 
 def offset(e: Effect, s: Setting) -> list[Guise]:
@@ -57,7 +60,12 @@ def saturation(e: Effect, s: Setting) -> list[Guise]:
         return [hard]
     soft = (dataclasses.replace(limit, high=1.5 * peak), Unknown("knee", 0.3, 0.03, 1.0, log=True))
     starts = grid([1.0 * peak, 0.85 * peak, 0.65 * peak], [0.1, 0.4])
-    return [dataclasses.replace(hard, fixed=(("knee", 0.0),)), Guise(e, soft, starts)]
+
+    def allows(values: dict[str, float]) -> str | None:
+        times = values["limit"] / peak
+        return f"with a limit of {times:.2g} times the largest command" if times > REACHED else None
+
+    return [dataclasses.replace(hard, fixed=(("knee", 0.0),)), Guise(e, soft, starts, allows=allows)]
 
 
 def inertia(e: Effect, s: Setting) -> list[Guise]:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.faults import bend, force_spikes, frozen, unwrapped
+from identify.faults import bend, force_spikes, frozen, unfelt, unwrapped
 from identify.identification import identify_friction
 from identify.preprocess import prepare, smooth_velocity
 from plant.axis import TorqueHold
@@ -114,6 +114,23 @@ def test_force_spikes_that_the_machine_felt_stay(monkeypatch):
     result = identify_friction(case.recording, case.axis)
     assert result.preprocessing == ()
     holds_truth(case, result)
+
+
+@pytest.mark.parametrize("late", [0, 3])
+def test_short_strong_pulses_of_a_drive_are_no_spikes(late):
+    """Jerk-limited moves of a stiff loop: half of the force's range for two samples, and the position shows it."""
+    pulse = np.array([10.6, -241.3, -694.4, -747.1, -325.4, -40.0])
+    force = np.zeros(2000)
+    for number, start in enumerate(range(100, 1900, 150)):
+        force[start : start + 6] = pulse * (-1.0) ** number
+    force[1675] -= 700.0  # one that nothing moved by
+    real = np.concatenate([np.zeros(late), force[: len(force) - late]])
+    real[1675 + late] += 700.0
+    speed = 0.01 * np.cumsum(real / 120.0)
+    t = 0.01 * np.arange(len(force))
+    odd = force_spikes(force)
+    assert odd.sum() > 20
+    assert np.flatnonzero(unfelt(t, force, 0.01 * np.cumsum(speed), odd, mass=120.0)).tolist() == [1675]
 
 
 def test_square_waves_have_no_spikes_and_no_frozen_force():
