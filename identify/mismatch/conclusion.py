@@ -183,6 +183,11 @@ class Conclusion:
         still = self.selection.chosen.latent_force > STILL * self._bare.latent_force
         return share < (CLEARLY if still else WORTH) or past < enough
 
+    @cached_property
+    def error_left(self) -> float:
+        """One-second error on unseen data that the names leave, over the baseline's. [1]."""
+        return self._share(self.final)
+
     def _share(self, fitted: Fit) -> float:
         """One-second error on unseen data over the baseline's. [1]."""
         return self.held_out(fitted) / max(self._error_to_beat, 1e-300)

@@ -13,7 +13,7 @@ from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import begins, following
 from identify.mismatch.guise import Guise
-from identify.mismatch.rules import TIED_BIC, cost
+from identify.mismatch.rules import TIED_BIC, Z_STRONG, cost
 from identify.mismatch.select import select
 from identify.mismatch.wandering import EDGE, STEP, moment_of
 from identify.mismatch.ways import guises
@@ -41,6 +41,8 @@ def _stepped(found: Conclusion, number: int) -> Conclusion | None:
     if not selection.steps:
         return None
     guise, fitted = selection.steps[0].guise, selection.chosen
+    if selection.steps[0].evidence.z < Z_STRONG:
+        return None  # one place of many moments and recordings: friction that wanders has such
     if not EDGE * length < moment_of(fitted) < (1.0 - EDGE) * length:
         return None
     likelier = [one for one in found.selection.opening if one.refused is None or one.misplaced]

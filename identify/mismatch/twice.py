@@ -12,8 +12,10 @@ import dataclasses
 from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.report_values import measured, quantities
-from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, misplacement
+from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import Selection
+
+BETTER = 0.95  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
@@ -31,7 +33,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     named = dataclasses.replace(step, refused=None)
     selection = Selection(found.selection.baseline, step.fit, [named], [opening], opening=opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
-    return sure if sure.explains else None
+    return sure if sure.explains and (sure.error_left < BETTER or lasting(step.evidence)) else None
 
 
 def _leader(found: Conclusion) -> Step | None:
