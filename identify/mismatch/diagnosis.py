@@ -147,6 +147,7 @@ def _selected(
     reason = _too_little(baseline, evidence.train)
     if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
+    unknown = _unknown_friction(baseline, evidence.train)
     native = max(float(np.median(np.diff(recording.t))) for recording in recordings)
     setting, ways, selection = _search(evidence, baseline, native, progress)
     again = read_again(gathered, evidence, selection.chosen, seed) if doubtful and selection.steps else None
@@ -154,7 +155,10 @@ def _selected(
         evidence, baseline = again
         setting, ways, selection = _search(evidence, baseline, native, progress)
     found = Conclusion(axis, seed, recordings, evidence, setting, selection, ways, progress, selection.baseline)
-    return found.or_constant()
+    found = found.or_constant()
+    if unknown is not None and not (found.explains and _unknown_friction(found.final, evidence.train) is None):
+        return _insufficient(recordings, axis, seed, unknown)  # a drive that is late hides friction from the baseline
+    return found
 
 
 def _known_before(found: Conclusion | Diagnosis) -> Conclusion | Diagnosis:
@@ -234,13 +238,21 @@ def _too_little(baseline: Fit, samples: Samples) -> str | None:
     bent = _elastic(samples)
     if bent > ELASTIC:
         return f"the position follows the force like a spring ({bent:.0%}): the axis bends and hardly slides"
-    usual, fastest = median_speed(samples)
-    scales = baseline.problem.scales
-    curve = FrictionCurve(baseline.x[:4], scales.force, scales.speed, fastest, _from_noise(baseline).part(4))
-    force, half = curve.at([usual])
-    if not half[0] <= CURVE_KNOWN * abs(force[0]):
-        return f"friction at the usual speed of {usual:.2g} {unit}/s is {force[0]:.2g} ± {half[0]:.1g}: not known"
     return None
+
+
+def _unknown_friction(fitted: Fit, samples: Samples) -> str | None:
+    """Why a model's friction is not known, or None."""
+    usual, fastest = median_speed(samples)
+    problem = fitted.problem
+    curve = FrictionCurve(
+        fitted.x[:4], problem.scales.force, problem.scales.speed, fastest, _from_noise(fitted).part(4)
+    )
+    force, half = curve.at([usual])
+    if half[0] <= CURVE_KNOWN * abs(force[0]):
+        return None
+    unit = problem.axis.position_unit
+    return f"friction at the usual speed of {usual:.2g} {unit}/s is {force[0]:.2g} ± {half[0]:.1g}: not known"
 
 
 def _elastic(samples: Samples) -> float:
@@ -250,11 +262,11 @@ def _elastic(samples: Samples) -> float:
     return max(together, 0.0) ** 2 / max(float(position @ position) * float(force @ force), 1e-300)
 
 
-def _from_noise(baseline: Fit) -> Uncertainty:
+def _from_noise(fitted: Fit) -> Uncertainty:
     """Uncertainty if the model were right: how much the motion tells, not how well the model fits."""
-    problem = baseline.problem
-    error, slope = problem.jacobian(baseline.x, baseline.found.gain)
+    problem = fitted.problem
+    error, slope = problem.jacobian(fitted.x, fitted.found.gain)
     variance = float(error @ error) / len(error) + 1e-300
     precision = slope.T @ slope / variance + np.diag(1.0 / problem.prior[1] ** 2)
     covariance = np.asarray(np.linalg.pinv(precision, hermitian=True), dtype=np.float64)
-    return Uncertainty(covariance, np.zeros(len(baseline.x), dtype=np.bool_))
+    return Uncertainty(covariance, np.zeros(len(fitted.x), dtype=np.bool_))
