@@ -164,7 +164,7 @@ class Conclusion:
         of them, where the fitted data alone are not overwhelming.
         """
         final = self.final
-        share = self._share(final)
+        share = self.error_left
         if self._evidence < -BIC_STRONG and share > MUCH:
             return False
         if decided(self._gained):
@@ -230,7 +230,7 @@ class Conclusion:
         if self.held_out(self.final) > USELESS:
             return False
         before, after = baseline.latent_force, chosen.latent_force
-        share = self._share(self.final)
+        share = self.error_left
         if share > MUCH and after > LOUD * baseline.dry_level and not lasting(self._gained):
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
@@ -311,7 +311,7 @@ class Conclusion:
             return False
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
-        better = self._share(self.final) < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
+        better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
         return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
     def denies(self, names: set[str]) -> bool:
@@ -480,8 +480,9 @@ class Conclusion:
         while another was missing may not be once that is found.
         """
         guise = self.final.problem.guise(effect.name)
-        x, share = self.final.x[self.final.problem.slot(guise)], self._share(self.final)
-        least = finding(effect.name, proven=share < PROVEN and foretold(self._gained))
+        x, share = self.final.x[self.final.problem.slot(guise)], self.error_left
+        proven = (share < PROVEN and foretold(self._gained)) or overwhelming(self._gained)
+        least = finding(effect.name, proven=proven)
         if guise.oddity(x, least) is not None or at_edge(self.final, guise):
             return False
         if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:

@@ -124,7 +124,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
         return f"its force of {force:.2g} is below {least:.2g}"
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
-    own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure))
+    own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure or overwhelming(evidence)))
     odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
