@@ -333,20 +333,22 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
     bounds = np.array([-5.0]), np.array([5.0])
     problem = SimpleNamespace(guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=bounds)
 
-    def there(error, left=0.5):
+    def there(error, left=0.5, steady=-536.0):
         effect = FoundEffect(
             "inertia_error", 0.5, {"mass_error": Quantity(error, "kg", (error - 0.1, error + 0.1))}, 1.0
         )
         final = SimpleNamespace(problem=problem, x=np.array([error]))
-        gained = Comparison(-650.0, 11.4, -536.0, 0.3, left, 2492.0, 12.7)
+        gained = Comparison(-650.0, 11.4, steady, 0.3, left, 2492.0, 12.7, again=2000.0)
         alone = SimpleNamespace(steps=[None])
-        fake = SimpleNamespace(final=final, _share=lambda _: left, _gained=gained, selection=alone)
+        fake = SimpleNamespace(final=final, error_left=left, _gained=gained, selection=alone)
         return Conclusion._there(fake, effect)
 
     assert there(0.4)
     assert not there(0.2)
     assert there(0.2, left=0.09), "unseen data are predicted ten times better by it"
     assert not there(0.14, left=0.09)
+    assert there(0.2, steady=-610.0), "all data are overwhelmingly likelier: data sheets are not that sure"
+    assert not there(0.14, steady=-610.0)
     assert not there(5.0), "the last polish took it to its bound"
 
 
@@ -363,7 +365,7 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     )
     told = Comparison(-2118.0, 1.9, -1005.0, 0.78, 0.73, 2085.0, 3.4)
     fake = SimpleNamespace(
-        final=SimpleNamespace(problem=problem, x=np.array([-2.5])), _share=lambda _: left, _gained=told,
+        final=SimpleNamespace(problem=problem, x=np.array([-2.5])), error_left=left, _gained=told,
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
     )  # fmt: skip
     effect = FoundEffect("step_change", 0.5, {"step": Quantity(-2.5, "N", interval)}, 1.0)
@@ -381,7 +383,7 @@ def test_what_may_be_absent_is_not_foretold_beside_another_effect(others, named)
     told = Comparison(-132.0, 2.5, -77.0, 0.6, 0.56, 363.0, 3.6)
     steps = [SimpleNamespace(guise=guise, evidence=told)] * (1 + others)
     fake = SimpleNamespace(
-        final=SimpleNamespace(problem=problem, x=np.array([10.6])), _share=lambda _: 0.56,
+        final=SimpleNamespace(problem=problem, x=np.array([10.6])), error_left=0.56, _gained=told,
         selection=SimpleNamespace(steps=steps),
     )  # fmt: skip
     effect = FoundEffect("quadratic_drag", 0.5, {"coefficient": Quantity(106.0, "N*s^2/m^2", (-6.0, 218.0))}, 1.0)
@@ -414,7 +416,7 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
         final=fit, plain=bare, _bare=bare, everyday=bare, own=1.0, blind=True, left=[], _odder=False,
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
-        held_out=lambda _: 0.1 * share, _share=lambda _: share, _past=past, _passing=lambda _: False,
+        held_out=lambda _: 0.1 * share, error_left=share, _past=past, _passing=lambda _: False,
         _gained=Comparison(-450.0, 14.0, -380.0, 0.1, 0.3, 350.0, foreseen_z, lacking=0.3),
     )  # fmt: skip
 
@@ -681,7 +683,7 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
     steps = [SimpleNamespace(guise=SimpleNamespace(name="end_stop"))]
     turned = SimpleNamespace(
         verdict=Verdict.EXPLAINED, selection=SimpleNamespace(steps=steps), final=None,
-        _gained=dataclasses.replace(told, **gained), _share=lambda _: share,
+        _gained=dataclasses.replace(told, **gained), error_left=share,
     )  # fmt: skip
     opening = [
         SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence), misplaced=False)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identify.mismatch import once
 from identify.mismatch.data import Judges, begins, following, gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.once import FOLLOW
@@ -34,6 +35,13 @@ def test_a_step_in_one_recording_is_there_in_those_after_it(moments, which):
 def test_friction_of_another_day_is_no_event():
     recordings = [driven(seed, stepping_at(99.0, level), 12.0) for seed, level in ((1, 20.0), (2, 18.5), (3, 18.5))]
     assert diagnose(recordings, AXIS).effects == ()
+
+
+def test_a_step_that_one_place_in_time_tells_is_friction_that_wanders(monkeypatch):
+    """Healthy machines had one: z of 1.1, 1.7 and 2.2."""
+    recordings = [driven(seed, stepping_at(moment), 12.0) for seed, moment in ((1, 7.0), (2, -1.0))]
+    monkeypatch.setattr(once, "Z_STRONG", 1e3)
+    assert FOLLOW.format(1) not in diagnose(recordings, AXIS).preprocessing
 
 
 @pytest.fixture(scope="module")

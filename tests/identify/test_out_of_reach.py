@@ -2,10 +2,14 @@
 
 import contextlib
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from identify.mismatch import diagnosis
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.progress import unheard
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
 from plant.axis import Axis, Mechanics, Orientation
@@ -79,3 +83,36 @@ def test_two_masses_are_looked_for_where_nobody_knows_how_much_they_are_in_all(k
     assert found[1].swings == pytest.approx(0.8 * motor * 126.0 / (motor + 126.0))
     rigid = setting(Axis("x", replace(mechanics, J=0.0)))
     assert not guises({name: find(name) for name in ("backlash", "transmission_compliance")}, rigid)
+
+
+@pytest.mark.parametrize(("times", "named"), [(1.1, True), (1.4, False)])
+def test_a_limit_that_no_command_comes_near_is_a_motor_that_gives_less(times, named):
+    """A motor whose iron saturates gives 84 % of each further newton: the shoulder of a limit of 1.4 times the peak."""
+    here = setting()
+    soft = next(way for way in guises({"torque_saturation": find("torque_saturation")}, here) if way.size == 2)
+    z = np.array(
+        [soft.unknowns[0].scaled(times * here.peak / abs(here.axis.mechanics.gain)), soft.unknowns[1].scaled(0.3)]
+    )
+    assert (soft.oddity(z) is None) is named
+
+
+@pytest.mark.parametrize(
+    ("explains", "after", "answers"), [(True, None, True), (True, "still not known", False), (False, None, False)]
+)
+def test_a_name_that_stands_may_make_friction_known(monkeypatch, explains, after, answers):
+    """A drive that lags by 38 ms hid the friction of a lift from the baseline: 3.9 N, give or take 1, of 20."""
+    found = SimpleNamespace(explains=explains, final="with the lag", or_constant=lambda: found)
+    reasons = {"baseline": "friction is not known", "with the lag": after}
+    stand_ins = {
+        "read_torque": lambda *_: (SimpleNamespace(train=None), "baseline"),
+        "_too_little": lambda *_: None,
+        "_unknown_friction": lambda fitted, _: reasons[fitted],
+        "_search": lambda *_: (None, [], SimpleNamespace(steps=[], baseline=None)),
+        "Conclusion": lambda *_: found,
+        "_insufficient": lambda *given: given[-1],
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    recording = SimpleNamespace(t=np.arange(3.0))
+    told = diagnosis._selected([recording], None, None, doubtful=False, seed=0, progress=unheard)
+    assert told == (found if answers else "friction is not known")

@@ -71,6 +71,41 @@ def test_sizes_must_agree(sized, monkeypatch):
     assert twice.told_twice(led_by(), led_by()) is None
 
 
+@dataclasses.dataclass
+class Leader:
+    """A step that was refused because its evidence is in few places."""
+
+    guise: SimpleNamespace
+    evidence: Comparison
+    fit: None = None
+    acting: float = 5.0
+    refused: str | None = "few places"
+
+
+@dataclasses.dataclass
+class Told:
+    """A conclusion that names what it is given, and leaves so much of the error."""
+
+    selection: SimpleNamespace
+    error_left: float
+    told_twice: bool = False
+    explains: bool = True
+
+
+@pytest.mark.parametrize(
+    ("left", "steady", "again", "named"),
+    [(1.02, -290.0, 86.0, False), (0.93, -290.0, 86.0, True), (1.06, -700.0, 650.0, True)],
+)
+def test_what_predicts_no_better_must_be_overwhelming(sized, left, steady, again, named):
+    """A healthy machine had a gap of 0.17 mm, with 373 and 309: one-second errors rose by 2 %."""
+    first, turned = (Told(led_by(steady=steady, again=again).selection, left) for _ in range(2))
+    for one in (first, turned):
+        one.selection.baseline = None
+        leader = one.selection.opening[0]
+        one.selection.opening[0] = Leader(leader.guise, leader.evidence)
+    assert (twice.told_twice(first, turned) is not None) is named
+
+
 def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
     assert twice.told_twice(led_by("step_change"), led_by("step_change")) is None
     monkeypatch.setattr(twice, "misplacement", lambda *_: "a parameter ended on its bound")
