@@ -18,6 +18,8 @@ TOO_FAST = 4.0  # times the fastest lasting change: no machine doubles its speed
 LONGEST_EXCURSION = 8  # samples a reading may be away and come back
 REPEATS = 10  # equal readings in a row that can be a frozen sensor
 TWINS = 0.85  # of the larger bend: two neighbours this alike are the two sides of a step
+SPIKE = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0  # bends around a spike of 1
+MEETING = np.array([0.0, -0.5, 1.0, -0.5, 0.0])  # around a sudden other speed
 FORCE_SPIKE = 0.2  # of the force's range
 FEELING = 0.02  # s beside a spike of the force, and four samples at least: what the position shows of it
 DENIED = 0.25  # of what the position leaves with a spike: leaving less without it, the machine did not feel it
@@ -120,6 +122,7 @@ def spikes_and_steps(
     """Single samples (n,), and indices of lasting steps, that bend the motion more than `acceleration` [m/s²] can.
 
     Against the cubic through its neighbours a spike shows as -2/3, 1, -2/3, a step between two samples as -1/2, 1/2.
+    What shows as -1/2, 1, -1/2 is a sudden other speed: the two sides of a gap that meet. That happens.
     """
     y, found, steps = y.copy(), np.zeros(len(y), dtype=np.bool_), set[int]()
     period = float(np.median(np.diff(t)))
@@ -136,10 +139,18 @@ def spikes_and_steps(
             if off[after] * off[after - 1] < 0 and min(size[after], size[after - 1]) > TWINS * size[k]:
                 steps.add(after)
                 y[after:] -= off[after] - off[after - 1]
-            else:
+            elif not _meets(off[max(0, k - 2) : k + 3]):
                 found[k] = True
                 y[k] -= off[k]
     return found, np.array(sorted(steps), dtype=np.int64)
+
+
+def _meets(off: Floats) -> bool:
+    """Whether five bends (5,) around a sample are those of a sudden other speed rather than of a spike."""
+    if len(off) < len(SPIKE):
+        return False
+    spike, meeting = (float(shape @ off) ** 2 / float(shape @ shape) for shape in (SPIKE, MEETING))
+    return meeting > spike
 
 
 def force_spikes(force: Floats) -> Bools:

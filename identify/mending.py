@@ -20,6 +20,7 @@ from identify.faults import (
     unwrapped,
 )
 from plant.axis import Axis
+from plant.effects.effect import Surroundings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,7 +63,7 @@ class Mender:
             position, wraps, turn = unwrapped(position)
             self._count(f"wraps of the angle by {turn:.6g} rad undone", wraps)
         low, high = np.quantile(force, (0.01, 0.99))
-        acceleration = 2.0 * float(high - low) / self._axis.mechanics.moving_mass
+        acceleration = 2.0 * float(high - low) / _lightest(self._axis)
         step = float(np.median(np.diff(t)))
         furthest = largest_step(t, position, resolution)
         quiet = 2.0 * resolution + 0.25 * float(furthest.max())
@@ -98,6 +99,13 @@ class Mender:
     def _count(self, what: str, count: int) -> None:
         if count:
             self._counts[what] = self._counts.get(what, 0) + count
+
+
+def _lightest(axis: Axis) -> float:
+    """What the drive may move alone before the sensor: a motor that runs free in a gap is a part of the mass. [kg]"""
+    around = Surroundings.of(axis)
+    share = around.motor_share if around.sensor_at_motor else None
+    return axis.mechanics.moving_mass * (1.0 if share is None else share)
 
 
 def _bridged(t: Floats, x: Floats, good: Bools) -> Floats:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.faults import bend, force_spikes, frozen, unfelt, unwrapped
+from identify.faults import bend, force_spikes, frozen, spikes_and_steps, unfelt, unwrapped
 from identify.identification import identify_friction
 from identify.preprocess import prepare, smooth_velocity
 from plant.axis import TorqueHold
@@ -131,6 +131,35 @@ def test_short_strong_pulses_of_a_drive_are_no_spikes(late):
     odd = force_spikes(force)
     assert odd.sum() > 20
     assert np.flatnonzero(unfelt(t, force, 0.01 * np.cumsum(speed), odd, mass=120.0)).tolist() == [1675]
+
+
+def test_a_gap_that_closes_is_no_spike_of_the_position():
+    """The load is hit and goes on at another speed within a sample: far more than the drive could accelerate it by."""
+    t = 0.01 * np.arange(400)
+    speed = np.where(t < 2.0, 0.01, 0.25) + 1e-3 * np.sin(7.0 * t)
+    position = np.cumsum(speed) * 0.01
+    spikes, steps = spikes_and_steps(t, position, acceleration=4.0, resolution=1e-6)
+    assert not spikes.any()
+    assert steps.size == 0
+    position[300] += 3e-4
+    spikes, _ = spikes_and_steps(t, position, acceleration=4.0, resolution=1e-6)
+    assert np.flatnonzero(spikes).tolist() == [300]
+
+
+def test_a_motor_that_runs_free_in_a_gap_is_no_fault_of_its_sensor():
+    """The motor is 5 of 55 kg: free of the load it speeds up eleven times as fast, till the other flank stops it."""
+    t = 0.01 * np.arange(400)
+    acceleration = np.where(np.arange(400) == 200, 8.0, 0.0) - np.where(np.arange(400) == 201, 8.0, 0.0)
+    position = np.cumsum(0.1 + np.cumsum(acceleration) * 0.01) * 0.01
+    force = np.sin(t) * 40.0
+    for side, outliers in (("load", True), ("motor", False)):
+        axis = dataclasses.replace(
+            CASE.axis,
+            mechanics=dataclasses.replace(CASE.axis.mechanics, M=50.0, J=5.0, Rc=1.0),
+            sensor=dataclasses.replace(CASE.axis.sensor, side=side),
+        )
+        removed = prepare(Recording(t, force, position, sample_time=0.01), axis).removed
+        assert any("position" in line for line in removed) is outliers
 
 
 def test_square_waves_have_no_spikes_and_no_frozen_force():
