@@ -1,4 +1,4 @@
-"""What only a fitted model can tell from motion: small outliers of the position, and force spikes that were real."""
+"""What only a fitted model can tell from motion: small outliers of the position."""
 
 from __future__ import annotations
 
