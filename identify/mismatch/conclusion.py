@@ -12,7 +12,7 @@ from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
-from identify.mismatch.curve import rising
+from identify.mismatch.curve import CURVE, rising
 from identify.mismatch.data import Evidence
 from identify.mismatch.effect_sizes import may_be_absent, unknown
 from identify.mismatch.finish import finished
@@ -393,8 +393,11 @@ class Conclusion:
         return [] if found is None else [found]
 
     def _strange(self, steps: Sequence[Step]) -> list[Structure]:
-        """What physics that is in no catalogue would explain, or an effect but for how its own curve bends."""
-        likely = [step for step in steps if _telling(step) >= 2]
+        """What physics that is in no catalogue would explain, or an effect but for how its own curve bends.
+
+        Another exponent of the Stribeck curve is neither.
+        """
+        likely = [step for step in steps if _telling(step) >= 2 and step.guise.name != CURVE]
         return [
             *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
             *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),

@@ -52,7 +52,6 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "sector_loss": "torque that is lost in one sector of each turn of the motor (a pole, a winding)",
     "one_way_drag": "a drag above some speed in one direction of motion (a valve, a lip that lifts)",
     "level_above_speed": "dry friction that is another above some speed (a film that carries, a guard that hums)",
-    "stribeck_exponent": "friction that falls with speed by another law than eq. (1)",
 }
 
 IMITATED = (

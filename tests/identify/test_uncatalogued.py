@@ -238,7 +238,7 @@ def test_a_drive_that_ramps_its_force_is_neither_late_nor_weak():
 
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
     strange = uncatalogued(setting())
-    assert {guise.name for guise in strange} == {effect.name for effect in EFFECTS} == set(STRANGE) - {CURVE}
+    assert {guise.name for guise in strange} == {effect.name for effect in EFFECTS} == set(STRANGE)
     assert not {guise.name for guise in strange} & set(names())
     assert all(guise.depends is not None for guise in strange)
 
@@ -292,3 +292,5 @@ def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, for
     assert [(one.coordinate, one.like) for one in conclusion._strange([step])] == told * [
         ("velocity", "frictional_lag")
     ]
+    guise.name = CURVE
+    assert conclusion._strange([step]) == [], "another Stribeck exponent is no mismatch"
