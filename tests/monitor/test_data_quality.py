@@ -40,7 +40,7 @@ def recording():
 
 
 def faults(seen):
-    mender = Mender(paper_axis(), True)
+    mender = Mender(paper_axis())
     mender.mend(seen.t, seen.force, seen.position)
     return faults_of(mender.report(), len(seen), jitter_of(seen))
 
