@@ -186,11 +186,7 @@ class Conclusion:
     @cached_property
     def error_left(self) -> float:
         """One-second error on unseen data that the names leave, over the baseline's. [1]."""
-        return self._share(self.final)
-
-    def _share(self, fitted: Fit) -> float:
-        """One-second error on unseen data over the baseline's. [1]."""
-        return self.held_out(fitted) / max(self._error_to_beat, 1e-300)
+        return self.held_out(self.final) / max(self._error_to_beat, 1e-300)
 
     @cached_property
     def _past(self) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.faults import groups
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Setting
 from identify.mismatch.inverse import unexplained
@@ -122,5 +123,4 @@ def periods(left: Left, travel: float) -> tuple[float, ...]:
 
 def _longest(flags: NDArray[np.bool_]) -> int:
     """Length of the longest run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
-    return int((edges[1::2] - edges[0::2]).max()) if len(edges) else 0
+    return max((end - begin for begin, end in groups(flags)), default=0)
