@@ -77,7 +77,7 @@ def predict_machine(
         t: time since the start of the recording. [s] (n,)
         steps: time to the next sample; not used at the end of a run. [s] (n,)
         run: index of the run a sample belongs to, ascending. A run that the last one leads to, the step between them
-            known, keeps what effects and bristles remember; a transmission is where its force says. (n,)
+            known, keeps what effects, bristles and a transmission remember; else one is where its force says. (n,)
         valid: False where the position must not be used: the error is 0 and corrects nothing. (n,)
         substeps: sub-steps per sample, >= 1.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
@@ -90,6 +90,7 @@ def predict_machine(
     own_force, own_position = drive.shape[2] == LANES, position.shape[1] == LANES
     two, bristles = (structure & TWO_MASSES) != 0, (structure & WITH_BRISTLES) != 0
     hidden = POSITION if observed == MOTOR_POSITION else MOTOR_POSITION
+    observed_speed = MOTOR_SPEED if observed == MOTOR_POSITION else SPEED
     side = -1.0 if observed == MOTOR_POSITION else 1.0
     b = scratch[:size]
     d = scratch[size:]
@@ -104,13 +105,20 @@ def predict_machine(
             else:
                 b[:] = block
             for j in range(LANES):
-                b[observed + j] = start[2 * current, j]
-                b[SPEED + j] = start[2 * current + 1, j]
-                b[MOTOR_SPEED + j] = start[2 * current + 1, j]
+                y, v = start[2 * current, j], start[2 * current + 1, j]
                 carried = drive[k, 0, j if own_force else 0]
-                stretch = carried / b[STIFFNESS + j] if two else 0.0
-                stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
-                b[hidden + j] = start[2 * current, j] + side * stretch
+                if two and remembers:
+                    faster = v - b[observed_speed + j]
+                    b[SPEED + j] += faster
+                    b[MOTOR_SPEED + j] += faster
+                    b[hidden + j] += y - b[observed + j]
+                else:
+                    b[SPEED + j] = v
+                    b[MOTOR_SPEED + j] = v
+                    stretch = carried / b[STIFFNESS + j] if two else 0.0
+                    stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
+                    b[hidden + j] = y + side * stretch
+                b[observed + j] = y
                 d[j] = 0.0
                 if bristles and not remembers:
                     b[BRISTLE + j] = _settled(b, j, carried)

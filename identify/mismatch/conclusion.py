@@ -77,7 +77,7 @@ ELSEWHERE = 100.0  # evidence for anything else that recordings may have in whic
 OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
-TRACE = 0.005  # of the square of the force that is left without it: less beside another name is none
+TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
@@ -174,7 +174,7 @@ class Conclusion:
         past = self._past
         if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
             return True
-        if overwhelming(self._gained) and self._gained.lacking < MUCH and past < WORTH:
+        if overwhelming(self._gained) and self._gained.lacking < MUCH and past < (1.0 if self.blind else WORTH):
             return True
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
@@ -484,7 +484,7 @@ class Conclusion:
         least = finding(effect.name, proven=proven)
         if guise.oddity(x, least) is not None or at_edge(self.final, guise):
             return False
-        if len(self.selection.steps) > 1 and effect.share < TRACE and effect.name not in BREAK_AWAY:
+        if len(self.selection.steps) > 1 and effect.share < TRACE * self._taken and effect.name not in BREAK_AWAY:
             return False
         if not may_be_absent(effect):
             return True
@@ -501,7 +501,6 @@ class Conclusion:
         """The chosen effects, the largest share first."""
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
-        with_all = unexplained(chosen.problem, chosen.x, self.evidence.train)
         closed = self.recordings[-1].loop == "closed"
         stamped = ACTED * (self.setting.native_time or self.setting.sample_time) if closed else 0.0
         found = []
@@ -509,14 +508,25 @@ class Conclusion:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
-            lacking = unexplained(rest.problem, rest.x, self.evidence.train)
-            if with_all is not None and lacking is not None:
-                share = 1.0 - float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
-            else:  # two masses seen from the motor have no inverse: what the prediction errors tell
-                share = 1.0 - float(np.exp((price(chosen) - price(rest)) / len(self.evidence.train)))
+            share = self._share(rest)
             values = no_better(guise.name, quantities(final, guise, other), stamped)
-            found.append(FoundEffect(guise.name, float(np.clip(share, 0.0, 1.0)), values, step.force_rms))
+            found.append(FoundEffect(guise.name, share, values, step.force_rms))
         return tuple(sorted(found, key=lambda effect: -effect.share))
+
+    @cached_property
+    def _taken(self) -> float:
+        """Part of the residual force's variance that all names take away; noise may be the rest. [1]."""
+        return self._share(self._bare)
+
+    def _share(self, rest: Fit) -> float:
+        """Part of the residual force's variance, fitted data, that `rest` leaves and the chosen effects do not. [1]."""
+        chosen, train = self.selection.chosen, self.evidence.train
+        with_all, lacking = (unexplained(one.problem, one.x, train) for one in (chosen, rest))
+        if with_all is not None and lacking is not None:
+            left = float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
+        else:  # two masses seen from the motor have no inverse: what the prediction errors tell
+            left = float(np.exp((price(chosen) - price(rest)) / len(train)))
+        return float(np.clip(1.0 - left, 0.0, 1.0))
 
 
 def _strong(step: Step) -> bool:
