@@ -40,6 +40,7 @@ from identify.mismatch.rules import (
     TIED_SHARE,
     Step,
     Z,
+    agreed,
     at_edge,
     beyond,
     cost,
@@ -490,7 +491,8 @@ class Conclusion:
             return True
         if unknown(effect):
             return False
-        if effect.name in ONCE and share < CONFIRMED and foretold(self._gained):
+        solved = share < PROVEN and agreed(self._gained)
+        if effect.name in ONCE and share < CONFIRMED and (solved or foretold(self._gained)):
             return True
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False

@@ -62,8 +62,14 @@ def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> d
             beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
             half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))
         if at == value:
-            low, high = _as_likely(one.fit, guise) if name == "time" else (value, value)
-            interval = (min(value - half, low), max(value + half, high))
+            interval = value - half, value + half
+            if name == "time":
+                low, high = _as_likely(one.fit, guise)
+                recorded = one.fit.problem.samples.t
+                interval = (
+                    max(min(interval[0], low), float(recorded.min())),
+                    min(max(interval[1], high), float(recorded.max())),
+                )
         else:
             factor = float(np.exp(min(half, 50.0)))
             interval = (value / factor, value * factor)

@@ -299,10 +299,16 @@ def best_of(steps: list[Step]) -> Step | None:
 
 
 def outdone(stranger: Step, best: Step) -> bool:
-    """Whether physics in no catalogue is only a little likelier than a name that unseen data prefer in every way."""
+    """Whether a name is preferred by unseen data in every way to what is likelier and cannot be what it is called.
+
+    Physics in no catalogue must only be a little likelier; what else is odd must be less likely of all data together.
+    """
     told, ours = stranger.evidence, best.evidence
-    little = told.bic > (1.0 + LEAD) * ours.bic
-    return stranger.refused == NO_NAME and little and told.unseen > ours.unseen and told.foreseen < ours.foreseen
+    if told.unseen <= ours.unseen or told.foreseen >= ours.foreseen:
+        return False
+    if stranger.refused == NO_NAME:
+        return told.bic > (1.0 + LEAD) * ours.bic
+    return _everywhere(stranger) > _everywhere(best) + TIED_BIC
 
 
 def _everywhere(step: Step) -> float:
