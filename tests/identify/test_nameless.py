@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import events, locate, sensor_errors, shapes
+from identify.mismatch import events, locate, report_values, sensor_errors, shapes
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion
@@ -17,7 +17,7 @@ from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import Step, agreed, at_edge, best_of, cost, fine_bristles, refusal
+from identify.mismatch.rules import ON_BOUND, Step, agreed, at_edge, best_of, cost, fine_bristles, outdone, refusal
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.shapes import richest_stretch
 from identify.mismatch.wandering import OTHERS
@@ -133,6 +133,22 @@ def test_nothing_is_named_where_something_likelier_was_refused_for_what_it_is(mo
     )
     assert best_of([fair, step(-900.0, refused="one-second predictions do not improve (1.10)")]) is None
     assert best_of([step(-90.0, refused="the evidence comes from few places (z = 1.0)")]) is None
+
+
+@pytest.mark.parametrize(
+    ("unseen", "foreseen", "named"), [(0.07, 11306.0, True), (0.04, 11306.0, False), (0.07, 22000.0, False)]
+)
+def test_what_is_odd_and_likelier_keeps_no_name_that_all_data_together_prefer(monkeypatch, unseen, foreseen, named):
+    """Friction doubled after 12 s; a torque limit at its bound had 4000 more, and 13600 less unseen."""
+    monkeypatch.setattr("identify.mismatch.rules.cost", lambda fitted: fitted.price)
+
+    def seen(bic, unseen, foreseen, **how):
+        told = step(bic, **how)
+        return dataclasses.replace(told, evidence=dataclasses.replace(told.evidence, unseen=unseen, foreseen=foreseen))
+
+    doubled = seen(-19184.0, 0.05, 24881.0, name="step_change")
+    odd = seen(-23242.0, unseen, foreseen, z=1.0, refused=ON_BOUND, name="torque_saturation")
+    assert outdone(odd, doubled) is named
 
 
 def test_a_name_that_needs_a_constant_force_beside_it_costs_one_more_unknown():
@@ -353,17 +369,23 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
 
 
 @pytest.mark.parametrize(
-    ("interval", "left", "named"),
-    [((-5.4, 0.4), 0.72, False), ((-4.0, -1.0), 0.72, True), ((-5.4, 0.4), 0.14, True)],
+    ("interval", "left", "seen_z", "named"),
+    [
+        ((-5.4, 0.4), 0.72, 3.4, False),
+        ((-4.0, -1.0), 0.72, 3.4, True),
+        ((-5.4, 0.4), 0.14, 3.4, True),
+        ((-5.4, 0.4), 0.14, 2.9, False),
+        ((-5.4, 0.4), 0.02, 2.9, True),
+    ],
 )
-def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left, named):
+def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left, seen_z, named):
     """Friction that wandered stepped by -2.5 N, give or take 2.9, within 337 s of 39 s; another recording agreed."""
     moment = find("step_change")
     guise = Guise(moment, (Unknown("step", 1.0, -9.0, 9.0),), np.array([[0.5]]), (("time", 9.0), ("static_share", 1.0)))
     problem = SimpleNamespace(
         guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=(np.array([-9.0]), np.array([9.0]))
     )
-    told = Comparison(-2118.0, 1.9, -1005.0, 0.78, 0.73, 2085.0, 3.4)
+    told = Comparison(-2118.0, 1.9, -1005.0, 0.78, left, 2085.0, seen_z)
     fake = SimpleNamespace(
         final=SimpleNamespace(problem=problem, x=np.array([-2.5])), error_left=left, _gained=told,
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
@@ -372,8 +394,17 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     assert Conclusion._there(fake, effect) is named
 
 
-@pytest.mark.parametrize(("others", "named"), [(0, True), (1, False)])
-def test_what_may_be_absent_is_not_foretold_beside_another_effect(others, named):
+@pytest.mark.parametrize(
+    ("others", "share", "taken", "low", "named"),
+    [
+        (0, 0.5, 0.5, -6.0, True),
+        (1, 0.5, 0.5, -6.0, False),
+        (1, 0.5, 0.5, 6.0, True),
+        (1, 0.0005, 0.5, 6.0, False),  # beside what takes half of the force away, this is none
+        (1, 0.0005, 0.0013, 6.0, True),  # nearly all of the force is noise: of what there was to take, it took a third
+    ],
+)
+def test_what_may_be_absent_or_takes_nothing_is_not_foretold_beside_another_effect(others, share, taken, low, named):
     """A drag of 106 N s2/m2, give or take 112, beside a step: it was how the step differs from the catalogue's."""
     drag = find("quadratic_drag")
     guise = Guise(drag, (Unknown("coefficient", 10.0, -900.0, 900.0),), np.array([[0.5]]))
@@ -383,10 +414,10 @@ def test_what_may_be_absent_is_not_foretold_beside_another_effect(others, named)
     told = Comparison(-132.0, 2.5, -77.0, 0.6, 0.56, 363.0, 3.6)
     steps = [SimpleNamespace(guise=guise, evidence=told)] * (1 + others)
     fake = SimpleNamespace(
-        final=SimpleNamespace(problem=problem, x=np.array([10.6])), error_left=0.56, _gained=told,
+        final=SimpleNamespace(problem=problem, x=np.array([10.6])), error_left=0.56, _gained=told, _taken=taken,
         selection=SimpleNamespace(steps=steps),
     )  # fmt: skip
-    effect = FoundEffect("quadratic_drag", 0.5, {"coefficient": Quantity(106.0, "N*s^2/m^2", (-6.0, 218.0))}, 1.0)
+    effect = FoundEffect("quadratic_drag", share, {"coefficient": Quantity(106.0, "N*s^2/m^2", (low, 218.0))}, 1.0)
     assert Conclusion._there(fake, effect) is named
 
 
@@ -487,6 +518,18 @@ def test_what_unseen_data_foretell_and_leaves_little_force_pays_though_few_runs_
     told._gained = dataclasses.replace(told._gained, lacking=0.1)
     assert Conclusion.pays(told)
     assert not Conclusion.pays(weighed(1.02, 11.0, 0.1, past=0.89))
+
+
+@pytest.mark.parametrize(
+    ("blind", "lacking", "past", "pays"),
+    [(True, 0.48, 0.88, True), (False, 0.48, 0.88, False), (True, 0.6, 0.88, False), (True, 0.48, 1.01, False)],
+)
+def test_a_gap_that_lasts_in_all_data_pays_with_any_gain_of_free_runs(blind, lacking, past, pays):
+    """A belt with 0.3 mm of play: evidence 7043 fitted, 3386 unseen; free runs left 0.93 of the error."""
+    told = weighed(0.93, 14.4, 0.1, past=past)
+    told.blind = blind
+    told._gained = Comparison(-7043.0, 12.4, -5709.0, 0.86, 0.88, 3386.0, 14.4, again=2878.0, lacking=lacking)
+    assert Conclusion.pays(told) is pays
 
 
 def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_all_is_left():
@@ -718,3 +761,12 @@ def test_bristles_as_stiff_as_can_be_told_are_taken_into_account_and_hide_nothin
     assert fine_bristles([step(-3000.0, stiffest=False), lag]) is None
     assert fine_bristles([step(-3000.0, foreseen=-10.0), lag]) is None
     assert fine_bristles([step(-40.0)]) is None
+
+
+def test_a_moment_lies_within_what_was_recorded(monkeypatch):
+    """A step while the axis rested: its slope tells nothing, how likely other moments are tells a second."""
+    monkeypatch.setattr(report_values, "_on_scale", lambda *_: {"time": (11.5, "s", 11.5, 200.0)})
+    monkeypatch.setattr(report_values, "_as_likely", lambda *_: (11.0, 12.0))
+    fit = SimpleNamespace(problem=SimpleNamespace(samples=SimpleNamespace(t=np.linspace(1.0, 36.0, 36))))
+    found = report_values.quantities(report_values.Measured(fit, None), SimpleNamespace(name="step_change"))
+    assert found["time"].ci95 == (1.0, 36.0)
