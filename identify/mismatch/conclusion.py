@@ -175,7 +175,8 @@ class Conclusion:
         past = self._past
         if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
             return True
-        if overwhelming(self._gained) and self._gained.lacking < MUCH and past < (1.0 if self.blind else WORTH):
+        worth = self._gained.unseen < 1.0 if self.blind else past < WORTH
+        if overwhelming(self._gained) and self._gained.lacking < MUCH and worth:
             return True
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
@@ -225,6 +226,8 @@ class Conclusion:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
         baseline, chosen = self._bare, self.selection.chosen
         if self.held_out(self.final) > USELESS:
+            return False
+        if self.blind and not foretold(self._gained) and self._gained.again < 0.0:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self.error_left

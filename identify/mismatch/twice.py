@@ -37,21 +37,26 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
 
 
 def _leader(found: Conclusion) -> Step | None:
-    """What is far likelier than all other names on top of the baseline, where unseen data are likelier by it; or None.
+    """What all data together make far likelier than any other name on top of the baseline; or None.
 
     Physics in no catalogue must only be less likely: some of it acts in one place, and so does what is asked for here.
     """
     if found.selection.aside or not found.selection.opening:
         return None
-    first, *others = found.selection.opening
+    first, *others = sorted(found.selection.opening, key=lambda step: -_everywhere(step))
     told = first.evidence
     if first.guise.name in ONCE or told.bic > BIC_STRONG or told.foreseen < FORESEEN:
         return None
-    lead = max(TIED_BIC, -KNOWN * told.bic)
+    least = _everywhere(first) - max(-TIED_BIC, KNOWN * _everywhere(first))
     names = [other for other in others if other.guise.name != first.guise.name and other.guise.depends is None]
-    if any(other.evidence.bic < told.bic + lead for other in names):
+    if any(_everywhere(other) > least for other in names):
         return None
     return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
+
+
+def _everywhere(step: Step) -> float:
+    """Evidence of fitted and unseen data. [1]"""
+    return step.evidence.foreseen - step.evidence.bic
 
 
 def _agree(one: Step, other: Step) -> bool:

@@ -61,6 +61,14 @@ def test_what_leads_in_one_only_is_no_name(sized, other):
     assert twice.told_twice(led_by(), led_by(**other)) is None
 
 
+def test_what_all_data_together_prefer_leads(sized):
+    """A chirp told an asymmetry with 136, a mass with 144; the other recording, not fitted, 2046 and -224."""
+    chirp = led_by("inertia_error", "coulomb_asymmetry", behind=8.0, bic=-144.0, foreseen=-224.0)
+    told = chirp.selection.opening[1]
+    told.evidence, told.fit, told.acting = dataclasses.replace(told.evidence, foreseen=2046.0), None, 5.0
+    assert twice._leader(chirp) is told
+
+
 def test_physics_outside_that_acts_in_one_place_too_need_not_be_far_behind(sized):
     assert twice._leader(led_by(second="viscous_zone", behind=20.0, depends="position")) is not None
 
