@@ -54,7 +54,7 @@ def test_what_leads_in_both_with_sizes_that_agree_leads(sized):
         {"foreseen": 50.0},  # what judges is hardly likelier
         {"bic": -50.0},
         {"behind": 150.0},  # something else is nearly as likely
-        {"bic": -100.0, "behind": 20.0},
+        {"bic": -100.0, "behind": 22.0},
     ],
 )
 def test_what_leads_in_one_only_is_no_name(sized, other):
