@@ -175,8 +175,8 @@ class Conclusion:
         past = self._past
         if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
             return True
-        worth = self._gained.unseen < 1.0 if self.blind else past < WORTH
-        if overwhelming(self._gained) and self._gained.lacking < MUCH and worth:
+        sure = overwhelming(self._gained) and self._gained.lacking < MUCH
+        if sure and (self._gained.unseen < 1.0 if self.blind else past < WORTH):
             return True
         most_runs = past < MOST_RUNS and share < WORTH and self._gained.foreseen > FORESEEN
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
