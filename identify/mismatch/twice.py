@@ -11,6 +11,7 @@ import dataclasses
 
 from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import Selection
@@ -33,7 +34,8 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     named = dataclasses.replace(step, refused=None)
     selection = Selection(found.selection.baseline, step.fit, [named], [opening], opening=opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
-    return sure if sure.explains and (sure.error_left < BETTER or lasting(step.evidence)) else None
+    known = sure.explains and not any(map(may_be_absent, sure.effects))
+    return sure if known and (sure.error_left < BETTER or lasting(step.evidence)) else None
 
 
 def _leader(found: Conclusion) -> Step | None:

@@ -10,7 +10,7 @@ from identify.mismatch import twice
 from identify.mismatch.compare import Comparison
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Unknown
-from identify.mismatch.result import Quantity, Verdict
+from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.select import _one_force
 from tests.identify.studies.naming import drawn
 
@@ -98,6 +98,7 @@ class Told:
     error_left: float
     told_twice: bool = False
     explains: bool = True
+    effects: tuple = ()
 
 
 @pytest.mark.parametrize(
@@ -147,3 +148,14 @@ def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():
     assert one(3.1)
     assert not one(1.9)
     assert not one(3.1, ("torque_ripple",))
+
+
+def test_a_size_that_may_be_none_is_not_told_twice(sized):
+    """A healthy axis: both recordings put a gap of 3.3 mm first, whose interval went from nothing to a metre."""
+    first, turned = (Told(led_by().selection, 0.53) for _ in range(2))
+    for one in (first, turned):
+        one.selection.baseline = None
+        leader = one.selection.opening[0]
+        one.selection.opening[0] = Leader(leader.guise, leader.evidence)
+        one.effects = (FoundEffect("backlash", 0.0, {"gap": Quantity(3.3e-3, "m", (-7e-6, 1.18))}, 1.0),)
+    assert twice.told_twice(first, turned) is None
