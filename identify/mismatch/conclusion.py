@@ -18,7 +18,7 @@ from identify.mismatch.effect_sizes import may_be_absent, unknown
 from identify.mismatch.finish import finished
 from identify.mismatch.floors import no_better
 from identify.mismatch.guise import Guise, Setting
-from identify.mismatch.inverse import unexplained
+from identify.mismatch.inverse import Unexplained, unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
 from identify.mismatch.nameless import SMALLEST as FELT
 from identify.mismatch.nameless import SURE, Structure, simplest_first
@@ -523,10 +523,16 @@ class Conclusion:
         """Part of the residual force's variance that all names take away; noise may be the rest. [1]."""
         return self._share(self._bare)
 
+    @cached_property
+    def _with_all(self) -> Unexplained | None:
+        """What the chosen effects leave of the fitted data's force."""
+        chosen = self.selection.chosen
+        return unexplained(chosen.problem, chosen.x, self.evidence.train)
+
     def _share(self, rest: Fit) -> float:
         """Part of the residual force's variance, fitted data, that `rest` leaves and the chosen effects do not. [1]."""
         chosen, train = self.selection.chosen, self.evidence.train
-        with_all, lacking = (unexplained(one.problem, one.x, train) for one in (chosen, rest))
+        with_all, lacking = self._with_all, unexplained(rest.problem, rest.x, train)
         if with_all is not None and lacking is not None:
             left = float(np.sum(with_all.lacking**2) / max(float(np.sum(lacking.lacking**2)), 1e-300))
         else:  # two masses seen from the motor have no inverse: what the prediction errors tell
