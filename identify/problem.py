@@ -139,8 +139,7 @@ class FrictionProblem:
         centre[:4] = 0.4, 0.5, np.log(0.2), 0.4
         spread[:5] = 2.0, 2.0, 3.0, 3.0, 2.0
         if self.gravity_known:
-            rated = self.axis.drive.rated_force or self.scales.force
-            spread[4] = OFFSET_PRIOR * rated / self.scales.force
+            spread[4] = self.ordinary_constant / self.scales.force
         if self.estimates_mass:
             spread[5] = np.log(2.0)
         return centre, spread
@@ -156,6 +155,11 @@ class FrictionProblem:
         """True where weight is known, so that a constant force has a prior of zero."""
         mechanics = self.axis.mechanics
         return mechanics.weight > 0 and mechanics.inertia_known
+
+    @property
+    def ordinary_constant(self) -> float:
+        """A constant force that any axis may have; beyond it, where weight is known, it is an effect. [N]."""
+        return OFFSET_PRIOR * (self.axis.drive.rated_force or self.scales.force)
 
     def law(self, x: Floats) -> Floats:
         """Rows of the predictor's law for candidates x (m, >= p): F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)"""

@@ -137,7 +137,7 @@ class Conclusion:
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
         found = [s for s in found if self._felt(s)]
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
-        strange = self._strange([step for step in beside if _strong(step)])
+        strange = self._strange([step for step in beside if _strong(step) or overwhelming(step.evidence)])
         return sorted([*found, *strange], key=lambda one: -one.evidence)
 
     def _felt(self, found: Structure) -> bool:
@@ -300,7 +300,7 @@ class Conclusion:
         too strange for their names.
         """
         names = {step.guise.name for step in self.selection.steps}
-        if self.verdict is not Verdict.EXPLAINED or not names:
+        if self.verdict is not Verdict.EXPLAINED or not names or names <= first.outgrown:
             return False
         told = self._gained
         if not foretold(told) and not (told.foreseen > FORESEEN and told.lacking < SOLVED):
@@ -313,6 +313,13 @@ class Conclusion:
         own = max((-step.evidence.bic for step in ours), default=0.0)
         better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
         return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
+
+    @cached_property
+    def outgrown(self) -> set[str]:
+        """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""
+        beside = [one.evidence for one in self.left if one.like]
+        outgrown = bool(self.selection.steps) and max(beside, default=0.0) >= LEFT * self._evidence
+        return {step.guise.name for step in self.selection.steps} if outgrown else set()
 
     def denies(self, names: set[str]) -> bool:
         """Whether unseen data have proven that what might have these `names` has another curve."""

@@ -16,7 +16,6 @@ from identify.mismatch.rules import (
     LESSER,
     SAME,
     TIED_BIC,
-    allowed_constant,
     beyond,
     constant_of,
     price,
@@ -138,7 +137,7 @@ def _read(fitted: Fit, guise: Guise, value: float) -> Fit:
 def _at_most(fitted: Fit) -> Floats:
     """The unknowns, with as much of the constant force as the axis file allows. (1, size)"""
     x = fitted.x[None].copy()
-    most = allowed_constant(fitted.problem) / fitted.problem.scales.force
+    most = fitted.problem.ordinary_constant / fitted.problem.scales.force
     x[0, CONSTANT] = np.clip(x[0, CONSTANT], -most, most)
     return x
 

@@ -17,7 +17,7 @@ from identify.mismatch.compare import BLOCKS, Fit, block_sums
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Hidden
-from identify.mismatch.rules import BIC_STRONG, SMALLEST, Z_STRONG, allowed_constant, constant_of
+from identify.mismatch.rules import BIC_STRONG, SMALLEST, Z_STRONG, constant_of
 from identify.mismatch.score import extend, spanned
 from identify.mismatch.wandering import LEAST, STEP
 
@@ -69,7 +69,7 @@ def _constant(fit: Fit, guise: Guise) -> Hidden | None:
     if not fit.problem.gravity_known:
         return None
     there, half = constant_of(fit)
-    force = allowed_constant(fit.problem) + abs(there) + 2.0 * half  # it may be found that much nearer to none
+    force = fit.problem.ordinary_constant + abs(there) + 2.0 * half  # it may be found that much nearer to none
     return Hidden(force, guise.effect.parameters[0].unit_on(fit.problem.axis), force)
 
 

@@ -54,8 +54,8 @@ Floats = NDArray[np.float64]
 TURN = 0.5 / math.pi
 QUARTER = 0.25  # of a turn: from a cosine to a sine
 SLOWEST = 1e-3  # of the usual speed or load: below it, a power of it is as if it were so much
-NEARLY = 0.5  # from 1, at most: another exponent of what goes with speed or load
-EXPONENTS = 0.6  # from 2: what falls or grows otherwise is no drag
+NEARLY = 0.5  # from 1, at most: another exponent of what goes with the load
+EXPONENTS = 0.6  # from the catalogue's power of the speed: what falls or grows otherwise is another effect
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
@@ -169,17 +169,23 @@ def _bent(guise: Guise, curve: Law, shapes: tuple[Unknown, ...], known: dict[str
 def _free_drag(guise: Guise, s: Setting) -> Guise:
     """A force c |v|^(2 + bend), the bend such that c stays what it is at the usual speed."""
     bent = _bent(guise, _drag, (Unknown("bend", 1.0, -1.8, 4.0),), {"per_speed": 1.0 / s.speed})
-    return dataclasses.replace(bent, allows=_no_drag)
+    return dataclasses.replace(bent, allows=_nearly(2.0))
 
 
-def _no_drag(values: dict[str, float]) -> str | None:
-    """Why a drag of this exponent is none, or None."""
-    return f"with the power {2.0 + values['bend']:.2g} of it" if abs(values["bend"]) > EXPONENTS else None
+def _nearly(power_of_speed: float) -> Callable[[dict[str, float]], str | None]:
+    """Why what bends away from this power of the speed is another effect, or None."""
+
+    def why(values: dict[str, float]) -> str | None:
+        bend = values["bend"]
+        return f"with the power {power_of_speed + bend:.2g} of it" if abs(bend) > EXPONENTS else None
+
+    return why
 
 
 def _free_sides(guise: Guise, s: Setting) -> Guise:
     """Viscous friction whose two sides differ by another power of the speed than 1."""
-    return _bent(guise, _sides, (Unknown("bend", 0.5, -NEARLY, NEARLY),), {"per_speed": 1.0 / s.speed})
+    bent = _bent(guise, _sides, (Unknown("bend", 0.5, -0.9, 3.0),), {"per_speed": 1.0 / s.speed})
+    return dataclasses.replace(bent, allows=_nearly(1.0))
 
 
 def _free_load(guise: Guise, s: Setting) -> Guise:

@@ -61,6 +61,8 @@ def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> d
             _, _, there, half_there = other[name]
             beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
             half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))
+        if name == "rest_position" and _takes_constant(one.fit.problem, guise):
+            half = float(np.hypot(half, one.fit.problem.ordinary_constant / abs(own["stiffness"][0])))
         if at == value:
             interval = value - half, value + half
             if name == "time":
@@ -130,8 +132,13 @@ def reported(problem: ExtendedProblem, guise: Guise, x: Floats) -> dict[str, tup
         for p in guise.effect.parameters
         if p.reported and not (p.name in held and p.absent == given[p.name])
     }
-    if guise.name == "position_spring" and not problem.gravity_known:
+    if _takes_constant(problem, guise):
         offset = float(law[5])
         shown["rest_position"] = (given["rest_position"] - offset / given["stiffness"], problem.axis.position_unit)
     derived = guise.effect.derive(given, friction)
     return {**shown, **{name: (float(value), unit) for name, (value, unit) in derived.items()}}
+
+
+def _takes_constant(problem: ExtendedProblem, guise: Guise) -> bool:
+    """Whether a spring is all that the constant force is told by: where it is at rest, as far as that is ordinary."""
+    return guise.name == "position_spring" and not problem.gravity_known

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
-from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import NO_FINDING, OWN_CURVE, Guise
 from identify.promoted import CONSTANT
 
@@ -49,7 +48,6 @@ LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of w
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
-OFFSET_PRIOR = 0.01  # of rated force: a constant force beyond it is an effect
 
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BRISTLES = "presliding_hysteresis"
@@ -252,16 +250,11 @@ def beyond(fitted: Fit) -> bool:
     problem = fitted.problem
     if not problem.gravity_known or SAME & set(fitted.names):
         return False
-    allowed = allowed_constant(problem)
+    allowed = problem.ordinary_constant
     if abs(float(fitted.x[CONSTANT])) * problem.scales.force <= allowed:
         return False
     value, half = constant_of(fitted)
     return abs(value) - half > allowed
-
-
-def allowed_constant(problem: ExtendedProblem) -> float:
-    """The constant force that the axis file allows. [N]."""
-    return OFFSET_PRIOR * (problem.axis.drive.rated_force or problem.scales.force)
 
 
 def constant_of(fitted: Fit) -> tuple[float, float]:
@@ -287,7 +280,7 @@ def best_of(steps: list[Step]) -> Step | None:
     for step in steps:
         stranger = step.refused == NO_NAME
         likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not outdone(step, best)
-        foretells = stranger and step.evidence.unseen < left and _everywhere(step) < _everywhere(best) - TIED_BIC
+        foretells = stranger and step.evidence.unseen < left and _cost_of_all(step) < _cost_of_all(best) - TIED_BIC
         far = step.evidence.bic < FAR * best.evidence.bic and step.evidence.foreseen > best.evidence.foreseen
         truer = left > PROVEN or (stranger and step.evidence.unseen < (FAR_TRUER if far else TRUER) * left)
         if (likelier or foretells) and truer:
@@ -308,10 +301,10 @@ def outdone(stranger: Step, best: Step) -> bool:
         return False
     if stranger.refused == NO_NAME:
         return told.bic > (1.0 + LEAD) * ours.bic
-    return _everywhere(stranger) > _everywhere(best) + TIED_BIC
+    return _cost_of_all(stranger) > _cost_of_all(best) + TIED_BIC
 
 
-def _everywhere(step: Step) -> float:
+def _cost_of_all(step: Step) -> float:
     """Price of a step less the evidence of unseen data: how unlikely it makes all of them. [1]."""
     return cost(step.fit) - step.evidence.foreseen
 

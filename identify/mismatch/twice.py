@@ -49,6 +49,8 @@ def _leader(found: Conclusion) -> Step | None:
     told = first.evidence
     if first.guise.name in ONCE or told.bic > BIC_STRONG or told.foreseen < FORESEEN:
         return None
+    if first.guise.name in found.outgrown:
+        return None
     least = _everywhere(first) - max(TIED_BIC, KNOWN * _everywhere(first))
     names = [other for other in others if other.guise.name != first.guise.name and other.guise.depends is None]
     if any(_everywhere(other) > least for other in names):

@@ -78,6 +78,8 @@ def test_a_curve_that_does_not_bend_is_the_effects_own(guise, tmp_path):
         ("quadratic_drag", {"bend": -0.2}, True),
         ("quadratic_drag", {"bend": 1.0}, False),
         ("quadratic_drag", {"bend": -1.0}, False),
+        ("viscous_asymmetry", {"bend": -0.15}, True),
+        ("viscous_asymmetry", {"bend": 1.0}, False),
         ("rail_defect", {"one_way": 0.2}, True),
         ("rail_defect", {"one_way": 1.0}, False),
         ("rail_defect", {"one_way": -1.0}, False),

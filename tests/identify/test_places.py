@@ -99,3 +99,15 @@ def test_friction_that_remembers_long_changes_with_time_and_briefly_since_the_re
     assert remembers_along(30.0, 60.0) == ("time", "velocity")
     assert remembers_along(3.0, 60.0) == ("velocity",)
     assert remembers_along(0.3, 60.0) == ("velocity", "time_since_reversal")
+
+
+def test_where_a_spring_rests_is_known_as_far_as_a_constant_force_is_ordinary():
+    """Five of seven machines with a push of their own, less than 1 % of rated force, had their spring elsewhere."""
+    pushed = [driven(seed, lambda t, y, v: (dry(v), 60.0 * (y - 0.15) + 1.2)) for seed in (1, 2)]
+    (spring,) = diagnose(pushed, AXIS).effects
+    rest = spring.parameters["rest_position"]
+    low, high = rest.ci95
+    assert spring.name == "position_spring"
+    assert rest.value == pytest.approx(0.13, abs=0.002), "the push moves it"
+    assert low < 0.15 < high
+    assert high - rest.value == pytest.approx(0.01 * AXIS.drive.rated_force / 60.0, rel=0.1)

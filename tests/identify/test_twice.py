@@ -27,7 +27,7 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **
             evidence=dataclasses.replace(told, bic=told.bic + behind),
         ),
     ]
-    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps))
+    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps), outgrown=set())
 
 
 @pytest.fixture
@@ -99,6 +99,7 @@ class Told:
     told_twice: bool = False
     explains: bool = True
     effects: tuple = ()
+    outgrown: frozenset = frozenset()
 
 
 @pytest.mark.parametrize(

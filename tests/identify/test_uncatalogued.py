@@ -197,6 +197,14 @@ def test_a_pole_that_lost_its_magnetism_is_found_with_its_sector():
     assert "one sector of each turn of the motor" in found.explanation
 
 
+def test_a_fan_that_brakes_one_way_is_no_viscous_friction():
+    """Viscous friction that differs with the direction left 2 % of the error; the square of the speed leaves less."""
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v) + 40.0 * v * v * (v > 0.0), 0.0)) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "velocity"
+    assert "differs with the direction, but with the power" in found.explanation
+
+
 @pytest.mark.parametrize("force", [8.0, -8.0])
 def test_a_weight_that_is_carried_along_is_found_with_its_side(force):
     """Which side is the loaded one, the constant force tells; it was a shape along the other one, or an event."""
