@@ -314,6 +314,16 @@ class Conclusion:
         better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
         return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
 
+    def confirms(self, other: Conclusion) -> bool:
+        """Whether physics in no catalogue that `other` is left with is seen here, too, and at the same place."""
+        if other.verdict is not Verdict.UNEXPLAINED:
+            return False
+        where = other.nameless[0].coordinate
+        theirs = {one.like: one.interval for one in other.nameless if one.like and one.coordinate == where}
+        ours = [step for step in self.selection.opening if step.refused == NO_NAME and step.guise.name in theirs]
+        likely = [step for step in ours if step.evidence.bic < BIC_STRONG and step.evidence.foreseen > FORESEEN]
+        return any(overlap(self._where(step, where), theirs[step.guise.name]) for step in likely)
+
     @cached_property
     def outgrown(self) -> set[str]:
         """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""
@@ -556,3 +566,8 @@ def _telling(step: Step) -> int:
     """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
     told = step.evidence
     return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
+
+
+def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two intervals have a point in common."""
+    return one[0] <= other[1] and other[0] <= one[1]

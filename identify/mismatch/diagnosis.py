@@ -134,6 +134,8 @@ def conclude(
         return found
     if not explained and turned.holds_beside(first):
         return turned
+    if found.verdict is Verdict.NO_MISMATCH and first.confirms(turned):
+        return turned
     twice = None if explained else told_twice(first, turned)
     return twice or happened_once(first) or happened_once(turned) or found
 

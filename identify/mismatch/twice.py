@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 
 from identify.mismatch.compare import ONCE
-from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.conclusion import Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
@@ -70,6 +70,6 @@ def _agree(one: Step, other: Step) -> bool:
     sizes = [quantities(measured(step.fit), step.guise) for step in (one, other)]
     for name in sizes[0].keys() & sizes[1].keys():
         ours, theirs = (size[name].ci95 for size in sizes)
-        if ours is not None and theirs is not None and (ours[0] > theirs[1] or theirs[0] > ours[1]):
+        if ours is not None and theirs is not None and not overlap(ours, theirs):
             return False
     return True

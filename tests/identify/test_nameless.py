@@ -17,7 +17,18 @@ from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import ON_BOUND, Step, agreed, at_edge, best_of, cost, fine_bristles, outdone, refusal
+from identify.mismatch.rules import (
+    NO_NAME,
+    ON_BOUND,
+    Step,
+    agreed,
+    at_edge,
+    best_of,
+    cost,
+    fine_bristles,
+    outdone,
+    refusal,
+)
 from identify.mismatch.select import _of_its_own
 from identify.mismatch.shapes import richest_stretch
 from identify.mismatch.wandering import OTHERS
@@ -742,11 +753,35 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
         SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence), misplaced=False)
         for name, evidence in beside.items()
     ]
-    first = SimpleNamespace(selection=SimpleNamespace(opening=opening))
+    first = SimpleNamespace(selection=SimpleNamespace(opening=opening), outgrown=set())
     assert Conclusion.holds_beside(turned, first) is stands
+    much_left = SimpleNamespace(selection=first.selection, outgrown={"end_stop"})
+    assert not Conclusion.holds_beside(turned, much_left)
     for step in opening:
         step.misplaced = True
     assert Conclusion.holds_beside(turned, first) is (stands and "end_stop" not in beside)
+
+
+@pytest.mark.parametrize(
+    ("changed", "where", "seen"),
+    [
+        ({}, (0.27, 0.34), True),
+        ({"bic": -40.0}, (0.27, 0.34), False),
+        ({"foreseen": 30.0}, (0.27, 0.34), False),
+        ({}, (0.1, 0.2), False),
+    ],
+)
+def test_a_push_that_two_recordings_tell_at_one_place_is_something(changed, where, seen):
+    """A magnet of 9 % of the dry friction, passed seldom: one recording was not sure of it (1420000/case-0019)."""
+    told = dataclasses.replace(Comparison(-1484.0, 4.3, -939.0, 0.73, 0.77, 588.0, 1.9), **changed)
+    push = SimpleNamespace(guise=SimpleNamespace(name="push_in_place"), refused=NO_NAME, evidence=told)
+    first = SimpleNamespace(selection=SimpleNamespace(opening=[push]), _where=lambda *_: where)
+    shape = Structure("position", (0.28, 0.39), 1964.0, 4.9, 0.5)
+    theirs = dataclasses.replace(shape, interval=(0.27, 0.35), like="push_in_place")
+    turned = SimpleNamespace(verdict=Verdict.UNEXPLAINED, nameless=[shape, theirs])
+    assert Conclusion.confirms(first, turned) is seen
+    assert not Conclusion.confirms(first, SimpleNamespace(verdict=Verdict.UNEXPLAINED, nameless=[shape]))
+    assert not Conclusion.confirms(first, SimpleNamespace(verdict=Verdict.NO_MISMATCH, nameless=[]))
 
 
 def test_bristles_as_stiff_as_can_be_told_are_taken_into_account_and_hide_nothing(monkeypatch):
