@@ -234,7 +234,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             continue  # what is left looks different from a fit so much better
         selection.rivals.append(steps)
         selection.opening = selection.opening or steps
-        if best is None or -best.evidence.bic < LESSER * so_far:
+        if best is None or not _enough(best.evidence, LESSER * so_far):
             break
         selection.steps.append(best)
         selection.chosen = best.fit
@@ -334,11 +334,11 @@ def _reconsider(selection: Selection, search: Search) -> None:
         rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
         so_far = price(selection.baseline) - price(rest)
         needed = max(-BIC, LESSER * so_far)
-        steps = [s for s in tried if s.refused is None and -s.evidence.bic >= needed]
+        steps = [s for s in tried if s.refused is None and _enough(s.evidence, needed)]
         evidence = compare(rest, selection.chosen, search.unseen)
         index = selection.steps.index(step)
         mends = bool(kin & taken) and -evidence.bic < KIN * so_far and not agreed(evidence)
-        if not steps and (mends or -evidence.bic < needed):
+        if not steps and (mends or not _enough(evidence, needed)):
             del selection.steps[index], selection.rivals[index]
             selection.chosen = rest
             continue
@@ -348,6 +348,11 @@ def _reconsider(selection: Selection, search: Search) -> None:
             selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
         seen = [s.guise for s in tried]
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
+
+
+def _enough(evidence: Comparison, needed: float) -> bool:
+    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it."""
+    return -evidence.bic >= needed or (evidence.unseen < PROVEN and foretold(evidence))
 
 
 def _try_twins(selection: Selection, search: Search) -> None:
