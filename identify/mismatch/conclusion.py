@@ -235,7 +235,7 @@ class Conclusion:
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
-            if after > rest and after > KEPT * before:
+            if after > rest and after > KEPT * before and not overwhelming(self._gained):
                 return False
             strays = self.held_out(self.final) > STRAY * self.own and not decided(self._gained)
             if strays or self._odder:

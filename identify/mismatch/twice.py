@@ -16,7 +16,8 @@ from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import Selection
 
-BETTER = 0.95  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
+NOTHING = 5.0  # of evidence: two names that differ by less in every way are one
+BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
@@ -52,10 +53,17 @@ def _leader(found: Conclusion) -> Step | None:
     if first.guise.name in found.outgrown:
         return None
     least = _everywhere(first) - max(TIED_BIC, KNOWN * _everywhere(first))
-    names = [other for other in others if other.guise.name != first.guise.name and other.guise.depends is None]
+    names = [other for other in others if other.guise.depends is None and not _equal(first, other)]
     if any(_everywhere(other) > least for other in names):
         return None
     return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
+
+
+def _equal(one: Step, other: Step) -> bool:
+    """Whether two steps are one name, or two that no data can tell apart (a mass and a torque constant)."""
+    told, there = one.evidence, other.evidence
+    same = abs(told.bic - there.bic) < NOTHING and abs(told.foreseen - there.foreseen) < NOTHING
+    return same or one.guise.name == other.guise.name
 
 
 def _everywhere(step: Step) -> float:
