@@ -505,7 +505,7 @@ class Conclusion:
         least = finding(effect.name, proven=proven)
         if guise.oddity(x, least) is not None or at_edge(self.final, guise):
             return False
-        if len(self.selection.steps) > 1 and effect.share < TRACE * self._taken and effect.name not in BREAK_AWAY:
+        if len(self.selection.steps) > 1 and not self._felt_beside_others(effect):
             return False
         if not may_be_absent(effect):
             return True
@@ -517,6 +517,15 @@ class Conclusion:
         if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
+
+    def _felt_beside_others(self, effect: FoundEffect) -> bool:
+        """Whether an effect takes some of the force away, or at least half of the error on unseen data.
+
+        What a little mass takes is above what forces are taken to; what a first break-away takes is short.
+        """
+        told = next(step.evidence for step in self.selection.steps if step.guise.name == effect.name)
+        predicts = foretold(told) and told.unseen < MUCH
+        return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
 
     @cached_property
     def effects(self) -> tuple[FoundEffect, ...]:

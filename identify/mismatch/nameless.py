@@ -26,7 +26,7 @@ BANDS = {
     "distance_since_reversal",
 }  # a short stretch of these is no curve
 SURE = 4.0  # ... where the blocks agree so well
-MOST_OF_IT = 0.6  # of a free shape's evidence
+MOST_OF_IT, NEARLY = 0.6, 0.9  # of a free shape's evidence
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +62,18 @@ class Structure:
 def simplest_first(found: list[Structure]) -> list[Structure]:
     """Structures, most evident first, but before a free shape what explains `MOST_OF_IT` with two or three numbers.
 
-    A shape has a number for each of its places; physics along the same coordinate has fewer, and so has a tone, which
-    unseen data must agree on better.
+    A shape has a number for each of its places; physics along the same coordinate has fewer, and so have a tone, which
+    unseen data must agree on better, and physics along another one, if it explains `NEARLY` all of it besides.
     """
     first = found[0]
     much = [one for one in found if one.evidence > MOST_OF_IT * first.evidence]
     simple = [
         one
         for one in much
-        if (one.like and one.coordinate == first.coordinate) or (one.coordinate == "frequency" and one.z > first.z)
+        if (one.like and one.coordinate == first.coordinate)
+        or (
+            one.z > first.z and (one.coordinate == "frequency" or (one.like and one.evidence > NEARLY * first.evidence))
+        )
     ]
     return sorted(found, key=lambda one: one is not simple[0]) if simple and not first.like else found
 
