@@ -231,7 +231,8 @@ class Conclusion:
             return False
         before, after = baseline.latent_force, chosen.latent_force
         share = self.error_left
-        if share > MUCH and after > LOUD * baseline.dry_level and not lasting(self._gained):
+        loud = after > LOUD * baseline.dry_level and self._gained.lacking > PROVEN
+        if share > MUCH and loud and not lasting(self._gained):
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
