@@ -581,6 +581,17 @@ def test_names_beside_which_much_force_and_error_are_left_do_not_stand():
     assert stands(solved), "a lag in a loop with much noise: nine tenths of the force are gone (1420000/case-0100)"
 
 
+def test_friction_that_never_repeats_leaves_its_force_beside_any_name(monkeypatch):
+    """A mass wrong by 1.7 %, with 2345 and 1438, took 28 % of a force that was the wandering of the friction."""
+    monkeypatch.setattr("identify.mismatch.conclusion.fairest_ratio", lambda *_: 0.8)
+    told = weighed(0.76, 6.2, 0.19)
+    told._bare.latent_force, told.blind = 0.26, False
+    told._gained = Comparison(-2345.0, 6.3, -1740.0, 0.33, 0.53, 1438.0, 6.2, again=1124.0, lacking=0.72)
+    assert Conclusion.stands.func(told)
+    told._gained = dataclasses.replace(told._gained, again=400.0)
+    assert not Conclusion.stands.func(told), "unseen data are less sure"
+
+
 def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
     """Grease that thins out looks like a drag below zero: there is none, but friction bends over the speed."""
     monkeypatch.setattr(locate, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})

@@ -318,3 +318,16 @@ def test_a_model_that_runs_away_through_a_weak_observer_shows_nothing_there(monk
     assert len(seen) > 1
     assert all(np.isfinite(one.here.variance) and np.isfinite(one.behind) for one in seen)
     assert not any((one.here.gain == gains[:, 0]).all() for one in seen)
+
+
+@pytest.mark.parametrize(
+    ("bic", "unseen", "foreseen", "enough"),
+    [
+        (-300.0, 0.9, 10.0, True),
+        (-128.0, 0.9, 150.0, False),
+        (-128.0, 0.03, 150.0, True),  # a spring beside a lag with 8333: hardly any error was left
+        (-128.0, 0.03, 10.0, False),
+    ],
+)
+def test_a_second_name_needs_a_share_of_the_evidence_or_most_of_the_error(bic, unseen, foreseen, enough):
+    assert select._enough(Comparison(bic, 4.0, bic, 0.9, unseen, foreseen, 4.0), 250.0) is enough
