@@ -16,7 +16,7 @@ from identify.mismatch.curve import CURVE, rising
 from identify.mismatch.data import Evidence
 from identify.mismatch.effect_sizes import may_be_absent, unknown
 from identify.mismatch.finish import finished
-from identify.mismatch.floors import no_better
+from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import Unexplained, unexplained
 from identify.mismatch.locate import COORDINATE, named_location, reach
@@ -490,7 +490,8 @@ class Conclusion:
     @cached_property
     def named(self) -> tuple[FoundEffect, ...]:
         """The chosen effects that are known to be there, the largest share first."""
-        return tuple(effect for effect in self.effects if self._there(effect))
+        there = filter(self._there, self.effects)
+        return tuple(within_reach(effect, self.final.problem.guise(effect.name)) for effect in there)
 
     def _there(self, effect: FoundEffect) -> bool:
         """Whether a chosen effect is known to be there: by the interval of its size, or by unseen data.
@@ -508,7 +509,7 @@ class Conclusion:
             return False
         if len(self.selection.steps) > 1 and not self._felt_beside_others(effect):
             return False
-        if not may_be_absent(effect):
+        if not may_be_absent(effect) or self._seen_beside_others(effect):
             return True
         if unknown(effect):
             return False
@@ -524,9 +525,22 @@ class Conclusion:
 
         What a little mass takes is above what forces are taken to; what a first break-away takes is short.
         """
-        told = next(step.evidence for step in self.selection.steps if step.guise.name == effect.name)
+        told = self._told(effect)
         predicts = foretold(told) and told.unseen < MUCH
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
+
+    def _seen_beside_others(self, effect: FoundEffect) -> bool:
+        """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.
+
+        What a single stroke tells has next to none.
+        """
+        told = self._told(effect)
+        likelier = min(told.foreseen, told.again) > FORESEEN
+        return len(self.selection.steps) > 1 and effect.name not in LATE and likelier and told.unseen < CONFIRMED
+
+    def _told(self, effect: FoundEffect) -> Comparison:
+        """What speaks for an effect beside the other names."""
+        return next(step.evidence for step in self.selection.steps if step.guise.name == effect.name)
 
     @cached_property
     def effects(self) -> tuple[FoundEffect, ...]:

@@ -10,7 +10,8 @@ import dataclasses
 
 import numpy as np
 
-from identify.mismatch.result import Quantity
+from identify.mismatch.guise import Guise
+from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import LATE
 
 SIZE = 0.03  # relative: no size is better known
@@ -41,6 +42,21 @@ def no_better(effect: str, values: dict[str, Quantity], stamped: float) -> dict[
         floor = 0.0 if effect in LATE else -np.inf
         found[name] = dataclasses.replace(value, ci95=(max(value.value - low, floor), value.value + high))
     return found
+
+
+def within_reach(effect: FoundEffect, guise: Guise) -> FoundEffect:
+    """`effect`, its intervals no wider than where each parameter was looked for: what lies beyond nobody asked.
+
+    What a single stroke tells would have an interval of many decades.
+    """
+    found = dict(effect.parameters)
+    for unknown in guise.unknowns:
+        value = found.get(unknown.parameter)
+        if value is not None and value.ci95 is not None:
+            low, high = value.ci95
+            reach = max(low, min(unknown.low, value.value)), min(high, max(unknown.high, value.value))
+            found[unknown.parameter] = dataclasses.replace(value, ci95=reach)
+    return dataclasses.replace(effect, parameters=found)
 
 
 def _least(effect: str, name: str, values: dict[str, Quantity]) -> float:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from identify.mismatch.compare import Comparison, run_lengths
-from identify.mismatch.floors import no_better
-from identify.mismatch.result import Quantity
+from identify.mismatch.floors import no_better, within_reach
+from identify.mismatch.guise import Unknown
+from identify.mismatch.result import FoundEffect, Quantity
 from identify.mismatch.rules import refusal
 from tests.identify.test_nameless import drag_on_a_machine
 
@@ -56,3 +57,16 @@ def test_no_parameter_is_better_known_than_the_curve_it_belongs_to():
     assert no_better("actuator_lag", wide, 0.004)["time_constant"].ci95 == pytest.approx((0.0, 0.00747), abs=1e-5)
     nothing = {"gap": Quantity(1e-3, "m", None)}
     assert no_better("backlash", nothing, 0.0) == nothing
+
+
+def test_no_interval_is_wider_than_where_the_parameter_was_looked_for():
+    """A belt that one stroke told: a damping from -0.9 to 9e23 N s/m."""
+    guise = SimpleNamespace(
+        unknowns=(Unknown("stiffness", 1e4, 1e3, 1e6, log=True), Unknown("damping", 1.0, 0.3, 1e4, log=True))
+    )
+    values = {"stiffness": Quantity(1.2e5, "N/m", (7e4, 2e5)), "damping": Quantity(180.0, "N*s/m", (-0.9, 9e23))}
+    known = within_reach(FoundEffect("transmission_compliance", 0.5, values, 1.0), guise).parameters
+    assert known["stiffness"] == values["stiffness"]
+    assert known["damping"] == Quantity(180.0, "N*s/m", (0.3, 1e4))
+    beyond = {"damping": Quantity(2e4, "N*s/m", (1.0, 4e4))}
+    assert within_reach(FoundEffect("x", 0.5, beyond, 1.0), guise).parameters["damping"].ci95 == (1.0, 2e4)

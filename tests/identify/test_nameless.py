@@ -400,6 +400,7 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     fake = SimpleNamespace(
         final=SimpleNamespace(problem=problem, x=np.array([-2.5])), error_left=left, _gained=told,
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
+        _seen_beside_others=lambda _: False,
     )  # fmt: skip
     effect = FoundEffect("step_change", 0.5, {"step": Quantity(-2.5, "N", interval)}, 1.0)
     assert Conclusion._there(fake, effect) is named
@@ -410,6 +411,7 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     [
         (0, 0.5, 0.5, -6.0, 0.56, True),
         (1, 0.5, 0.5, -6.0, 0.56, False),
+        (1, 0.5, 0.5, -600.0, 0.12, True),  # one stroke told it, and all of the unseen ones (1400000/case-0081)
         (1, 0.5, 0.5, 6.0, 0.56, True),
         (1, 0.0005, 0.5, 6.0, 0.56, False),  # beside what takes half of the force away, this is none
         (1, 0.0005, 0.5, 6.0, 0.08, True),  # but for most of the error (a mass beside a ripple, 1420000/case-0068)
@@ -423,13 +425,15 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
     problem = SimpleNamespace(
         guise=lambda _: guise, slot=lambda _: slice(0, 1), bounds=(np.array([-90.0]), np.array([90.0]))
     )
-    told = Comparison(-132.0, 2.5, -77.0, 0.6, left, 363.0, 3.6)
+    told = Comparison(-132.0, 2.5, -77.0, 0.6, left, 363.0, 3.6, again=244.0)
     steps = [SimpleNamespace(guise=guise, evidence=told)] * (1 + others)
     fake = SimpleNamespace(
         final=SimpleNamespace(problem=problem, x=np.array([10.6])), error_left=0.56, _gained=told, _taken=taken,
         selection=SimpleNamespace(steps=steps),
     )  # fmt: skip
+    fake._told = lambda _: told
     fake._felt_beside_others = lambda effect: Conclusion._felt_beside_others(fake, effect)
+    fake._seen_beside_others = lambda effect: Conclusion._seen_beside_others(fake, effect)
     effect = FoundEffect("quadratic_drag", share, {"coefficient": Quantity(106.0, "N*s^2/m^2", (low, 218.0))}, 1.0)
     assert Conclusion._there(fake, effect) is named
 
