@@ -164,9 +164,8 @@ def test_what_is_odd_and_likelier_keeps_no_name_that_all_data_together_prefer(mo
 
 def test_a_name_that_needs_a_constant_force_beside_it_costs_one_more_unknown():
     def fitted(offset, names=(), half=0.5):
-        axis, scales = SimpleNamespace(drive=SimpleNamespace(rated_force=100.0)), SimpleNamespace(force=50.0)
-        samples = SimpleNamespace(used=1000)
-        problem = SimpleNamespace(gravity_known=True, axis=axis, scales=scales, p=6, samples=samples)
+        scales, samples = SimpleNamespace(force=50.0), SimpleNamespace(used=1000)
+        problem = SimpleNamespace(gravity_known=True, ordinary_constant=1.0, scales=scales, p=6, samples=samples)
         x = np.array([0.4, 0.5, -1.6, 0.4, offset / scales.force])
         spread = SimpleNamespace(half_widths=lambda _: np.array([half]))
         found = SimpleNamespace(criterion=-500.0)
