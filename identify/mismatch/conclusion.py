@@ -328,9 +328,10 @@ class Conclusion:
     @cached_property
     def outgrown(self) -> set[str]:
         """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""
-        beside = [one.evidence for one in self.left if one.like]
-        outgrown = bool(self.selection.steps) and max(beside, default=0.0) >= LEFT * self._evidence
-        return {step.guise.name for step in self.selection.steps} if outgrown else set()
+        names = {step.guise.name for step in self.selection.steps}
+        return (
+            names if names and any(one.like and one.evidence >= LEFT * self._evidence for one in self.left) else set()
+        )
 
     def denies(self, names: set[str]) -> bool:
         """Whether unseen data have proven that what might have these `names` has another curve."""
@@ -501,22 +502,22 @@ class Conclusion:
         data may be how its curve differs, and what takes no force away is nothing. What was large enough to be named
         while another was missing may not be once that is found.
         """
-        guise = self.final.problem.guise(effect.name)
+        guise, several = self.final.problem.guise(effect.name), len(self.selection.steps) > 1
         x, share = self.final.x[self.final.problem.slot(guise)], self.error_left
         proven = (share < PROVEN and foretold(self._gained)) or overwhelming(self._gained)
         least = finding(effect.name, proven=proven)
         if guise.oddity(x, least) is not None or at_edge(self.final, guise):
             return False
-        if len(self.selection.steps) > 1 and not self._felt_beside_others(effect):
+        if several and not self._felt_beside_others(effect):
             return False
-        if not may_be_absent(effect) or self._seen_beside_others(effect):
+        if not may_be_absent(effect) or (several and self._seen_beside_others(effect)):
             return True
         if unknown(effect):
             return False
         solved = share < PROVEN and agreed(self._gained)
         if effect.name in ONCE and share < CONFIRMED and (solved or foretold(self._gained)):
             return True
-        if len(self.selection.steps) > 1 or effect.name in (*LATE, *ONCE):
+        if several or effect.name in (*LATE, *ONCE):
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
 
@@ -535,8 +536,7 @@ class Conclusion:
         What a single stroke tells has next to none.
         """
         told = self._told(effect)
-        likelier = min(told.foreseen, told.again) > FORESEEN
-        return len(self.selection.steps) > 1 and effect.name not in LATE and likelier and told.unseen < CONFIRMED
+        return effect.name not in LATE and min(told.foreseen, told.again) > FORESEEN and told.unseen < CONFIRMED
 
     def _told(self, effect: FoundEffect) -> Comparison:
         """What speaks for an effect beside the other names."""

@@ -399,7 +399,6 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     fake = SimpleNamespace(
         final=SimpleNamespace(problem=problem, x=np.array([-2.5])), error_left=left, _gained=told,
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=guise, evidence=told)]),
-        _seen_beside_others=lambda _: False,
     )  # fmt: skip
     effect = FoundEffect("step_change", 0.5, {"step": Quantity(-2.5, "N", interval)}, 1.0)
     assert Conclusion._there(fake, effect) is named

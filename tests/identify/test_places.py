@@ -102,7 +102,7 @@ def test_friction_that_remembers_long_changes_with_time_and_briefly_since_the_re
 
 
 def test_where_a_spring_rests_is_known_as_far_as_a_constant_force_is_ordinary():
-    """Five of seven machines with a push of their own, less than 1 % of rated force, had their spring elsewhere."""
+    """Of seven machines with a push of their own, less than 1 % of rated force, no interval held the truth."""
     pushed = [driven(seed, lambda t, y, v: (dry(v), 60.0 * (y - 0.15) + 1.2)) for seed in (1, 2)]
     (spring,) = diagnose(pushed, AXIS).effects
     rest = spring.parameters["rest_position"]

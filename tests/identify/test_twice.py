@@ -102,6 +102,17 @@ class Told:
     outgrown: frozenset = frozenset()
 
 
+def named_by_both(left, effects=(), **changed):
+    """What two conclusions give that are led by the same name and leave so much of the error."""
+    both = []
+    for _ in range(2):
+        selection = led_by(**changed).selection
+        leader = selection.opening[0]
+        selection.baseline, selection.opening[0] = None, Leader(leader.guise, leader.evidence)
+        both.append(Told(selection, left, effects=effects))
+    return twice.told_twice(*both)
+
+
 @pytest.mark.parametrize(
     ("left", "steady", "again", "named"),
     [
@@ -113,12 +124,7 @@ class Told:
 )
 def test_what_predicts_no_better_must_be_overwhelming(sized, left, steady, again, named):
     """Two healthy machines had gaps of 0.17 and 0.46 mm: one-second errors rose by 2 %, or fell by 7 %."""
-    first, turned = (Told(led_by(steady=steady, again=again).selection, left) for _ in range(2))
-    for one in (first, turned):
-        one.selection.baseline = None
-        leader = one.selection.opening[0]
-        one.selection.opening[0] = Leader(leader.guise, leader.evidence)
-    assert (twice.told_twice(first, turned) is not None) is named
+    assert (named_by_both(left, steady=steady, again=again) is not None) is named
 
 
 def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
@@ -160,10 +166,6 @@ def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():
 
 def test_a_size_that_may_be_none_is_not_told_twice(sized):
     """A healthy axis: both recordings put a gap of 3.3 mm first, whose interval went from nothing to a metre."""
-    first, turned = (Told(led_by().selection, 0.53) for _ in range(2))
-    for one in (first, turned):
-        one.selection.baseline = None
-        leader = one.selection.opening[0]
-        one.selection.opening[0] = Leader(leader.guise, leader.evidence)
-        one.effects = (FoundEffect("backlash", 0.0, {"gap": Quantity(3.3e-3, "m", (-7e-6, 1.18))}, 1.0),)
-    assert twice.told_twice(first, turned) is None
+    gap = FoundEffect("backlash", 0.0, {"gap": Quantity(3.3e-3, "m", (-7e-6, 1.18))}, 1.0)
+    assert named_by_both(0.53, (gap,)) is None
+    assert named_by_both(0.53) is not None
