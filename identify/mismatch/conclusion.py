@@ -1,4 +1,4 @@
-"""What a finished selection means: does the name stand, and what is left."""
+"""What a finished selection means: does the name stand, and is it worth its risk."""
 
 from __future__ import annotations
 
@@ -8,38 +8,35 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from identify.mismatch import words
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
-from identify.mismatch.curve import CURVE, rising
 from identify.mismatch.data import Evidence
 from identify.mismatch.effect_sizes import may_be_absent, unknown
 from identify.mismatch.finish import finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import Unexplained, unexplained
-from identify.mismatch.locate import COORDINATE, named_location, reach
-from identify.mismatch.nameless import SMALLEST as FELT
+from identify.mismatch.locate import COORDINATE
 from identify.mismatch.nameless import SURE, Structure, simplest_first
 from identify.mismatch.progress import Doing, Stage, Tell
-from identify.mismatch.report_values import measured, quantities, reported, second_opinion
-from identify.mismatch.result import FoundEffect, Quantity, Verdict
+from identify.mismatch.remains import Remains
+from identify.mismatch.report_values import measured, quantities, second_opinion
+from identify.mismatch.result import FoundEffect, Verdict
 from identify.mismatch.rules import (
     BIC_STRONG,
     BREAK_AWAY,
-    CLEAN,
+    CLEARLY,
     FORESEEN,
     HELD_OUT,
     LATE,
+    LESSER,
     NO_NAME,
     PROVEN,
-    SMALLEST,
     SOLVED,
+    STRAY,
     TIED_BIC,
     TIED_SHARE,
-    Step,
-    Z,
     agreed,
     at_edge,
     beyond,
@@ -51,12 +48,9 @@ from identify.mismatch.rules import (
     outdone,
     overwhelming,
     price,
+    strong,
 )
 from identify.mismatch.select import Selection, without
-from identify.mismatch.sensor_errors import zero_jumps
-from identify.mismatch.structure import structures
-from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
-from identify.mismatch.wandering import OTHERS
 from plant.axis import Axis
 from plant.recording import Recording
 
@@ -71,20 +65,15 @@ LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside 
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
-CLEARLY = 0.7  # of the same past the worst runs, or where the names leave the latent force as it was; names that leave
-# more of it in all runs must at least make unseen data likelier, sample by sample
 MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need not agree
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
-OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
 STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
-SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
-STRAY = 12.0  # times the same error: a model that leaves more does not explain what is held out, whatever it has fitted
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
 
 
@@ -128,27 +117,9 @@ class Conclusion:
         return constant_force(chosen, self.ways, rest, so_far)
 
     @cached_property
-    def left(self) -> list[Structure]:
-        """Nameless structure beside the chosen effects, the most evident first."""
-        self.progress(Doing(Stage.CONCLUSION, "what is left"))
-        chosen = self.selection.chosen
-        steps, rivals = self.selection.steps, self.selection.rivals
-        suspicious = not steps and chosen.latent_force > CLEAN * chosen.dry_level
-        found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
-        found = [s for s in found if self._felt(s)]
-        beside = rivals[-1] if steps and len(rivals) > len(steps) else []
-        strange = self._strange([step for step in beside if _strong(step) or overwhelming(step.evidence)])
-        return sorted([*found, *strange], key=lambda one: -one.evidence)
-
-    def _felt(self, found: Structure) -> bool:
-        """Whether a shape is large enough to be told, or stands out though it is small.
-
-        Beside names, what is small may be how their shapes differ; a small tone may be what anything else would be.
-        """
-        if found.force <= 0.0 or found.force >= FELT * self.selection.chosen.dry_level:
-            return True
-        most = max((-step.evidence.bic for step in self.selection.opening), default=0.0)
-        return not self.selection.steps and (found.coordinate != "frequency" or found.evidence > OUT * most)
+    def remains(self) -> Remains:
+        """What is left without a name."""
+        return Remains(self.axis, self.evidence, self.selection, self.bare, self.progress)
 
     @property
     def blind(self) -> bool:
@@ -182,7 +153,7 @@ class Conclusion:
         if share >= CLEARLY and not (most_runs or foretold(self._gained)):
             return False
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
-        still = self.selection.chosen.latent_force > STILL * self._bare.latent_force
+        still = self.selection.chosen.latent_force > STILL * self.bare.latent_force
         return share < (CLEARLY if still else WORTH) or past < enough
 
     @cached_property
@@ -206,7 +177,7 @@ class Conclusion:
         return self.held_out(self._to_beat)
 
     @cached_property
-    def _bare(self) -> Fit:
+    def bare(self) -> Fit:
         """The model without effects: the baseline, with the shift of the clock or the exponent that is no effect."""
         if not self.selection.aside:
             return self.selection.baseline
@@ -219,12 +190,12 @@ class Conclusion:
     @property
     def everyday(self) -> Fit:
         """What names must predict better than: the baseline everybody would fit, or one with what is no effect."""
-        return self._bare if self.selection.aside else self.plain
+        return self.bare if self.selection.aside else self.plain
 
     @cached_property
     def stands(self) -> bool:
         """Whether the chosen effects survive unseen data and explain most of what there is to explain."""
-        baseline, chosen = self._bare, self.selection.chosen
+        baseline, chosen = self.bare, self.selection.chosen
         if self.held_out(self.final) > USELESS:
             return False
         if self.blind and not foretold(self._gained) and self._gained.again < 0.0:
@@ -250,24 +221,24 @@ class Conclusion:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
             beside |= {"position", *ANGLES} if beside & ANGLES else set()
         little = LITTLE * min(step.acting for step in self.selection.steps) if share < PROVEN else 0.0
-        left = [s for s in self.left if not 0.0 < s.force < little and not self._passing(s)]
+        left = [s for s in self.remains.beside_names if not 0.0 < s.force < little and not self._passing(s)]
         solved = share < PROVEN and decided(self._gained) and self._gained.lacking < PROVEN
         return all(s.evidence < (1.0 if solved or s.coordinate in beside else LEFT) * explained for s in left)
 
     def _passing(self, found: Structure) -> bool:
         """Whether it came and went: beside a moment anything may be true, beside more what unseen data tell, too."""
-        longest = PASSING * self._duration if foretold(self._gained) else MOMENT
+        longest = PASSING * self.remains.duration if foretold(self._gained) else MOMENT
         return found.coordinate == "time" and found.interval[1] - found.interval[0] <= longest
 
     @cached_property
     def _evidence(self) -> float:
         """Evidence for the chosen effects together. [1]"""
-        return price(self._bare) - price(self.selection.chosen)
+        return price(self.bare) - price(self.selection.chosen)
 
     @cached_property
     def _gained(self) -> Comparison:
         """What speaks for the chosen effects together."""
-        return compare(self._bare, self.selection.chosen, self.evidence.held_out)
+        return compare(self.bare, self.selection.chosen, self.evidence.held_out)
 
     @property
     def _odder(self) -> bool:
@@ -282,15 +253,34 @@ class Conclusion:
         """Whether there is something to name, and its name is worth the risk."""
         if not self.selection.steps:
             return self.offset_named
-        return (self.told_twice or (self.stands and self.pays())) and bool(self.named)
+        stands = not self._outshone if self.told_twice else self.stands and self.pays()
+        return stands and bool(self.named) and not self._leans
+
+    @property
+    def _outshone(self) -> bool:
+        """Whether some structure that is left has more evidence than the names, other than what happened in time."""
+        left = [one for one in self.remains.beside_names if one.coordinate != "time"]
+        return any(one.evidence > self._evidence for one in left)
+
+    @property
+    def _leans(self) -> bool:
+        """Whether much of the evidence is for an effect that is not known to be there, nor how channels are stamped."""
+        known = {effect.name for effect in self.named} | set(LATE)
+        unknown = [step for step in self.selection.steps if step.guise.name not in known]
+        return any(-step.evidence.bic > LEFT * self._evidence for step in unknown)
 
     def or_constant(self) -> Conclusion:
-        """This, or, where its names gain too little, the constant force that explains something without them."""
-        if not self.selection.steps or self.explains or not self.stands:
+        """This, or, where its names gain too little, the constant force that explains something without them.
+
+        Or more than names that do not stand.
+        """
+        if not self.selection.steps or self.explains:
             return self
         bare = self.selection.baseline
         opening = self.selection.opening
         alone = dataclasses.replace(self, selection=Selection(bare, bare, rivals=[opening], opening=opening))
+        if alone.constant is None or not (self.stands or alone.constant.evidence > self._evidence):
+            return self
         return alone if alone.explains else self
 
     def holds_beside(self, first: Conclusion) -> bool:
@@ -312,8 +302,9 @@ class Conclusion:
             return False
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
-        better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH)
-        return bool(better) and own >= min(TIED_SHARE * most, most - ELSEWHERE)
+        better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH) or decided(told)
+        hidden = decided(told) and most < LESSER * self._evidence  # a limit that was not reached has no evidence there
+        return bool(better) and (hidden or own >= min(TIED_SHARE * most, most - ELSEWHERE))
 
     def confirms(self, other: Conclusion) -> bool:
         """Whether physics in no catalogue that `other` is left with is seen here, too, and at the same place."""
@@ -323,20 +314,21 @@ class Conclusion:
         theirs = {one.like: one.interval for one in other.nameless if one.like and one.coordinate == where}
         ours = [step for step in self.selection.opening if step.refused == NO_NAME and step.guise.name in theirs]
         likely = [step for step in ours if step.evidence.bic < BIC_STRONG and step.evidence.foreseen > FORESEEN]
-        return any(overlap(self._where(step, where), theirs[step.guise.name]) for step in likely)
+        return any(overlap(self.remains.where(step, where), theirs[step.guise.name]) for step in likely)
 
     @cached_property
     def outgrown(self) -> set[str]:
         """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""
         names = {step.guise.name for step in self.selection.steps}
-        return (
-            names if names and any(one.like and one.evidence >= LEFT * self._evidence for one in self.left) else set()
-        )
+        if not names:
+            return names
+        strangers = [one for one in self.remains.beside_names if one.like]
+        return names if any(one.evidence >= LEFT * self._evidence for one in strangers) else set()
 
     def denies(self, names: set[str]) -> bool:
         """Whether unseen data have proven that what might have these `names` has another curve."""
         opening = self.selection.opening
-        denied = {one.guise.name for one in opening if one.denied and one.evidence.unseen < PROVEN and _strong(one)}
+        denied = {one.guise.name for one in opening if one.denied and one.evidence.unseen < PROVEN and strong(one)}
         return bool(names) and names <= denied
 
     @property
@@ -387,7 +379,8 @@ class Conclusion:
         offset = self.constant
         if offset is None or (self.selection.steps and may_be_absent(offset.effect)):
             return False
-        if not self.selection.steps and any(one.evidence >= LEFT * offset.evidence for one in self.left):
+        left = [] if self.selection.steps else self.remains.beside_names
+        if any(one.evidence >= LEFT * offset.evidence for one in left):
             return False
         error = self.held_out(offset.fit)
         most = HELD_OUT if offset.effect.name == "force_offset" else 1.0
@@ -396,86 +389,18 @@ class Conclusion:
     @cached_property
     def nameless(self) -> list[Structure]:
         """What a baseline that nothing is named beside leaves, the most evident first."""
-        left = structures(self._bare, self.evidence.held_out, suspicious=True) if self.selection.steps else self.left
-        found = sorted([*left, *self._strange(self.selection.opening)], key=lambda one: -one.evidence)
+        found = self.remains.without_names
         if found:
             return simplest_first(found)
         if self.selection.steps:
-            told = [] if self.stands else [self._along(step) for step in self.selection.steps if _telling(step) >= 2]
+            told = [] if self.stands else self.remains.refused_names
             return told or self._strayed
-        return zero_jumps(self.evidence.train) or self._misfits or self._strayed or self._rising
-
-    @property
-    def _rising(self) -> list[Structure]:
-        """A curve over the speed that eq. (1) only imitates."""
-        found = rising(self.selection.baseline, reach("velocity", self.evidence.train, self.axis))
-        return [] if found is None else [found]
-
-    def _strange(self, steps: Sequence[Step]) -> list[Structure]:
-        """What physics that is in no catalogue would explain, or an effect but for how its own curve bends.
-
-        Another exponent of the Stribeck curve is neither.
-        """
-        likely = [step for step in steps if _telling(step) >= 2 and step.guise.name != CURVE]
-        return [
-            *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
-            *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),
-        ]
+        return self.remains.odd or self._strayed or self.remains.rising
 
     @property
     def _strayed(self) -> list[Structure]:
         """The rest of a recording, where it is not as what was fitted of it would have it."""
-        if self.evidence.kind != "time" or self._astray <= STRAY:
-            return []
-        rest = self.evidence.held_out.t
-        evidence = len(self.evidence.train) * float(np.log(self._astray))
-        return [Structure("time", (float(rest.min()), float(rest.max())), evidence, Z, 0.0)]
-
-    @property
-    def _misfits(self) -> list[Structure]:
-        """What an effect that may not be named would explain: something else acts along its coordinate.
-
-        A drag that is negative is none, but friction does bend over the speed where unseen data say so; what steps more
-        than once is no step, but changes with time, if that is more than friction wanders anyway.
-        """
-
-        def may_be(one: Step) -> bool:
-            wanders = one.refused is not None and one.refused.startswith(OTHERS)
-            least = FELT if wanders else SMALLEST
-            return one.acting >= least * one.fit.dry_level and (wanders or one.refused is None or one.misplaced)
-
-        likely = [one for one in self.selection.opening if may_be(one) and _strong(one) and one.evidence.z > Z]
-        return sorted((self._along(step) for step in likely), key=lambda one: -one.evidence)
-
-    def _along(self, step: Step, like: str = "") -> Structure:
-        """What a step explains, as structure along its coordinate, where it acts."""
-        told, coordinate = step.evidence, step.guise.depends or COORDINATE.get(step.guise.name, "time")
-        also: tuple[str, ...] = ()
-        if step.guise.name == FILM.name:
-            memory, _ = reported(step.fit.problem, step.guise, step.fit.x)["time_constant"]
-            coordinate, *others = remembers_along(memory, self._duration)
-            also = tuple(others)
-        return Structure(coordinate, self._where(step, coordinate), -told.bic, told.z, 0.0, like, also=also)
-
-    @property
-    def _duration(self) -> float:
-        """Of the longest recording. [s]"""
-        return max(float(part.t.max()) for part in (self.evidence.train, self.evidence.held_out))
-
-    def _where(self, step: Step, coordinate: str) -> tuple[float, float]:
-        """Between what a step acts on its coordinate."""
-        name, samples = step.guise.name, self.evidence.train
-        reached = (0.0, 0.0)
-        if coordinate != "frequency":
-            reached = (0.0, self._duration) if coordinate == "time" else reach(coordinate, samples, self.axis)
-        if name not in SOMEWHERE | PLACED:
-            return reached
-        values = reported(step.fit.problem, step.guise, step.fit.x)
-        if name in PLACED:
-            constant = float(step.fit.problem.law(step.fit.x[None])[5, 0]) - self.axis.mechanics.weight
-            return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached, constant)
-        sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values.items()}
-        return named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval
+        return self.remains.strayed(self._astray) if self.evidence.kind == "time" else []
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -562,7 +487,7 @@ class Conclusion:
     @cached_property
     def _taken(self) -> float:
         """Part of the residual force's variance that all names take away; noise may be the rest. [1]."""
-        return self._share(self._bare)
+        return self._share(self.bare)
 
     @cached_property
     def _with_all(self) -> Unexplained | None:
@@ -579,17 +504,6 @@ class Conclusion:
         else:  # two masses seen from the motor have no inverse: what the prediction errors tell
             left = float(np.exp((price(chosen) - price(rest)) / len(train)))
         return float(np.clip(1.0 - left, 0.0, 1.0))
-
-
-def _strong(step: Step) -> bool:
-    """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
-    return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
-
-
-def _telling(step: Step) -> int:
-    """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
-    told = step.evidence
-    return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
 
 
 def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:

@@ -44,6 +44,8 @@ SPOILED = 1.5  # times the evidence of the best name: what is refused in spite o
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
 KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its effects; less tells no names apart
 CLEAN = 0.013  # of the dry friction: latent force of a complete model, at most
+CLEARLY = 0.7  # of the one-second error on unseen data: what leaves less predicts clearly better
+STRAY = 12.0  # times the error of a model fitted to it: what leaves more does not explain what is held out
 LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
@@ -214,6 +216,17 @@ def told_elsewhere(evidence: Comparison) -> bool:
 def foretold(evidence: Comparison) -> bool:
     """True where unseen data, sample by sample, are clearly likelier, and agree on it."""
     return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
+
+
+def strong(step: Step) -> bool:
+    """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
+    return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
+
+
+def telling(step: Step) -> int:
+    """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
+    told = step.evidence
+    return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
 
 
 def at_edge(fitted: Fit, guise: Guise) -> bool:

@@ -58,6 +58,7 @@ TWICE = 2.0  # times the evidence of any name: physics in no catalogue that two 
 SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
+EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (
     frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
     frozenset({"rail_defect", "position_dependent_friction", "torque_ripple", "pulley_eccentricity", "end_stop"}),
@@ -215,7 +216,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        needed = LESSER * (price(selection.baseline) - price(before))
+        needed = LESSER * _of_shapes(selection, price(selection.baseline) - price(before))
         if len(selection.steps) == 1:
             needed = max(needed, least)
         current, steps = search.explore(before, search.names - taken, needed=needed)
@@ -225,7 +226,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         if aside is not None:
             selection.chosen = aside.fit
             continue
-        so_far = price(selection.baseline) - price(current)
+        so_far = _of_shapes(selection, price(selection.baseline) - price(current))
         near = functools.cache(functools.partial(acting, current.problem, current.x))
         bends = functools.cache(functools.partial(bend, current))
         steps = [_of_its_own(step, current, near, bends, taken, so_far) for step in steps]
@@ -257,7 +258,7 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
         return step
     if _one_force(step.fit):
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
-    kin, little = taken & TWINS.get(step.guise.name, frozenset()), -step.evidence.bic < KIN * so_far
+    kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
     enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
     faint = not enough or not (step.evidence.z >= Z or told_elsewhere(step.evidence))
@@ -348,6 +349,12 @@ def _reconsider(selection: Selection, search: Search) -> None:
             selection.steps[index] = replace(step, fit=selection.chosen, evidence=evidence)
         seen = [s.guise for s in tried]
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
+
+
+def _of_shapes(selection: Selection, so_far: float) -> float:
+    """The part of the evidence `so_far` that may be for how the shape of what is named differs from the catalogue's."""
+    exact = -sum(step.evidence.bic for step in selection.steps if step.guise.name in EXACT)
+    return max(so_far - exact, 0.0)
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:

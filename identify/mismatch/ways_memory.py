@@ -20,7 +20,9 @@ Floats = NDArray[np.float64]
 
 LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
 GIVES = 0.3  # of the gap: flanks that give more are a soft transmission
-GAPS = 30  # starts of a gap: one of another size is no start, what it does is not linear
+FINER = 1.22  # ratio of one start of a gap to the next: one of another size is no start, what it does is not linear
+NARROWEST, WIDEST = 3e-5, 9e-3  # m: starts between which every machine is asked
+WIDE = 0.1  # of the travel: gaps of large machines may be wider
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
 
@@ -47,12 +49,14 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     """
     if Surroundings.of(s.axis).motor_share is None:
         return []
+    widest = max(WIDEST, WIDE * s.travel)
     unknowns = (
-        Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),
+        Unknown("gap", 3e-4, 1e-5, widest / 0.9, log=True),
         Unknown("contact_rate", 600.0, 100.0, CONTACT_RATE, log=True, spread=1.0),
         Unknown("contact_damping", 0.3, 0.02, 3.0, log=True, spread=1.0),
     )
-    starts = grid(np.geomspace(3e-5, 9e-3, GAPS).tolist(), [350.0, 600.0, 1500.0], [0.3])
+    count = math.ceil(math.log(widest / NARROWEST, FINER)) + 1
+    starts = grid(np.geomspace(NARROWEST, widest, count).tolist(), [350.0, 600.0, 1500.0], [0.3])
     return [Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW)]
 
 

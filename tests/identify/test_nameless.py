@@ -16,6 +16,7 @@ from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_abse
 from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure, simplest_first
+from identify.mismatch.remains import Remains
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import (
     NO_NAME,
@@ -451,7 +452,7 @@ def test_what_is_small_is_told_where_it_stands_out(coordinate, force, evidence, 
     step = SimpleNamespace(evidence=SimpleNamespace(bic=-1835.0))
     selection = SimpleNamespace(chosen=SimpleNamespace(dry_level=10.0), opening=[step], steps=[step] if named else [])
     found = Structure(coordinate, (0.0, 1.0), evidence, 7.6, force)
-    assert Conclusion._felt(SimpleNamespace(selection=selection), found) is told
+    assert Remains(None, None, selection, None, None)._felt(found) is told
 
 
 def weighed(share, foreseen_z, latent_force, past=0.3):
@@ -459,7 +460,8 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))
     bare = SimpleNamespace(latent_force=4.0, dry_level=10.0)
     return SimpleNamespace(
-        final=fit, plain=bare, _bare=bare, everyday=bare, own=1.0, blind=True, left=[], _odder=False,
+        final=fit, plain=bare, bare=bare, everyday=bare, own=1.0, blind=True, _odder=False,
+        remains=SimpleNamespace(beside_names=[], duration=45.0),
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
         held_out=lambda _: 0.1 * share, error_left=share, _past=past, _passing=lambda _: False,
@@ -479,7 +481,8 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
 )
 def test_what_came_and_went_takes_no_name_that_unseen_data_tell(coordinate, interval, foreseen, passes):
     """One slow pass of the fitted recording kept the name of an asymmetry that the other told with 679."""
-    told = SimpleNamespace(_gained=Comparison(-196.0, 1.4, -39.0, 0.9, 0.7, foreseen, 5.6), _duration=45.0)
+    told = SimpleNamespace(_gained=Comparison(-196.0, 1.4, -39.0, 0.9, 0.7, foreseen, 5.6))
+    told.remains = SimpleNamespace(duration=45.0)
     assert Conclusion._passing(told, Structure(coordinate, interval, 2322.0, 7.0, 10.0)) is passes
 
 
@@ -563,7 +566,7 @@ def test_how_the_curve_of_a_lag_differs_does_not_keep_its_name_where_a_tenth_of_
     def stands(share, lacking):
         told = weighed(share, 60.0, 1.5)
         told._evidence = 17000.0
-        told.left = [SimpleNamespace(force=0.0, evidence=7600.0, coordinate="distance_since_reversal")]
+        told.remains.beside_names = [SimpleNamespace(force=0.0, evidence=7600.0, coordinate="distance_since_reversal")]
         told._gained = Comparison(-17000.0, 6.0, -15000.0, 0.1, 0.1, 20000.0, 60.0, again=18000.0, lacking=lacking)
         return Conclusion.stands.func(told)
 
@@ -587,7 +590,7 @@ def test_friction_that_never_repeats_leaves_its_force_beside_any_name(monkeypatc
     """A mass wrong by 1.7 %, with 2345 and 1438, took 28 % of a force that was the wandering of the friction."""
     monkeypatch.setattr("identify.mismatch.conclusion.fairest_ratio", lambda *_: 0.8)
     told = weighed(0.76, 6.2, 0.19)
-    told._bare.latent_force, told.blind = 0.26, False
+    told.bare.latent_force, told.blind = 0.26, False
     told._gained = Comparison(-2345.0, 6.3, -1740.0, 0.33, 0.53, 1438.0, 6.2, again=1124.0, lacking=0.72)
     assert Conclusion.stands.func(told)
     told._gained = dataclasses.replace(told._gained, again=400.0)
@@ -603,7 +606,7 @@ def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):
         told = Comparison(evidence, 11.0, -700.0, 0.4, unseen, 120.0, 1.8)
         step = Step(SimpleNamespace(dry_level=100.0), drag, told, 1.0, refused, acting)
         evidence, selection = SimpleNamespace(train=None), SimpleNamespace(opening=[step])
-        return Conclusion(None, 0, [], evidence, None, selection, [], None, None)._misfits
+        return Remains(None, evidence, selection, None, None)._misfits
 
     (found,) = left("its size of -48 is negative, which is no quadratic drag")
     assert found.coordinate == "velocity"
@@ -624,11 +627,11 @@ def test_a_name_that_does_not_stand_leaves_its_coordinate_where_two_of_three_tel
     evidence, selection = SimpleNamespace(train=None, kind="recording"), SimpleNamespace(steps=[gap], opening=[])
     left = Conclusion(None, 0, [], evidence, None, selection, [], None, None)
     place = Structure("distance_since_reversal", (0.0, 0.1), 68.0, 4.0, 0.0)
-    for name, known in {"explains": False, "stands": False, "_bare": None}.items():
+    for name, known in {"explains": False, "stands": False, "bare": None}.items():
         left.__dict__[name] = known
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("identify.mismatch.conclusion.structures", lambda *_, **__: [])
-        patch.setattr(Conclusion, "_along", lambda *_: place)
+        patch.setattr("identify.mismatch.remains.structures", lambda *_, **__: [])
+        patch.setattr(Remains, "_along", lambda *_: place)
         patch.setattr(evidence, "held_out", None, raising=False)
         assert left.verdict.value == verdict
         assert left.nameless == ([place] if verdict == "unexplained" else [])
@@ -640,7 +643,7 @@ def test_a_name_that_does_not_stand_leaves_its_coordinate_where_two_of_three_tel
 def test_the_rest_of_a_recording_that_is_not_as_its_beginning_is_where_something_is_missing(kind, error, told):
     evidence = SimpleNamespace(kind=kind, train=np.zeros(100), held_out=SimpleNamespace(t=np.array([36.0, 59.99])))
     left = Conclusion(None, 0, [], evidence, None, None, [], None, None)
-    left.__dict__.update(own=0.01)
+    left.__dict__.update(own=0.01, bare=None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Conclusion, "held_out", lambda *_: error)
         patch.setattr(Conclusion, "everyday", None)
@@ -804,7 +807,7 @@ def test_a_push_that_two_recordings_tell_at_one_place_is_something(changed, wher
     """A magnet of 9 % of the dry friction, passed seldom: one recording was not sure of it (1420000/case-0019)."""
     told = dataclasses.replace(Comparison(-1484.0, 4.3, -939.0, 0.73, 0.77, 588.0, 1.9), **changed)
     push = SimpleNamespace(guise=SimpleNamespace(name="push_in_place"), refused=NO_NAME, evidence=told)
-    first = SimpleNamespace(selection=SimpleNamespace(opening=[push]), _where=lambda *_: where)
+    first = SimpleNamespace(selection=SimpleNamespace(opening=[push]), remains=SimpleNamespace(where=lambda *_: where))
     shape = Structure("position", (0.28, 0.39), 1964.0, 4.9, 0.5)
     theirs = dataclasses.replace(shape, interval=(0.27, 0.35), like="push_in_place")
     turned = SimpleNamespace(verdict=Verdict.UNEXPLAINED, nameless=[shape, theirs])

@@ -294,11 +294,11 @@ def test_what_a_constant_force_is_read_as_must_predict_unseen_data_better(name, 
     effect = FoundEffect(name, 0.5, {size: Quantity(4.0, "N", (3.0, 5.0))}, 1.0)
     errors = {"read": 0.1 * error, "chosen": 0.1}
     fake = SimpleNamespace(
-        constant=SimpleNamespace(fit="read", effect=effect, evidence=100.0), left=[],
+        constant=SimpleNamespace(fit="read", effect=effect, evidence=100.0), remains=SimpleNamespace(beside_names=[]),
         selection=SimpleNamespace(steps=[], chosen="chosen"), held_out=errors.get,
     )  # fmt: skip
     assert Conclusion.offset_named.func(fake) is named
-    fake.left = [SimpleNamespace(evidence=45.0)]
+    fake.remains.beside_names = [SimpleNamespace(evidence=45.0)]
     assert not Conclusion.offset_named.func(fake), "a shape without a name has too much of its evidence"
 
 

@@ -9,10 +9,10 @@ import pytest
 
 from identify.mismatch import locate
 from identify.mismatch.compare import Comparison
-from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import CURVE
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Setting
+from identify.mismatch.remains import Remains
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
 from identify.mismatch.words import STRANGE
@@ -296,9 +296,7 @@ def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, for
     seen = Comparison(evidence, 3.0, evidence, 0.9, unseen, foreseen, 4.0)
     guise = SimpleNamespace(name="frictional_lag", depends="velocity")
     step = Step(SimpleNamespace(dry_level=10.0), guise, seen, 1.0, NO_NAME, 1.0)
-    conclusion = Conclusion(None, 0, [], SimpleNamespace(train=None), None, None, [], None, None)
-    assert [(one.coordinate, one.like) for one in conclusion._strange([step])] == told * [
-        ("velocity", "frictional_lag")
-    ]
+    remains = Remains(None, SimpleNamespace(train=None), None, None, None)
+    assert [(one.coordinate, one.like) for one in remains._strange([step])] == told * [("velocity", "frictional_lag")]
     guise.name = CURVE
-    assert conclusion._strange([step]) == [], "another Stribeck exponent is no mismatch"
+    assert remains._strange([step]) == [], "another Stribeck exponent is no mismatch"
