@@ -235,7 +235,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             continue  # what is left looks different from a fit so much better
         selection.rivals.append(steps)
         selection.opening = selection.opening or steps
-        if best is None or not _enough(best.evidence, LESSER * so_far):
+        if best is None or (selection.steps and not _enough(best.evidence, LESSER * so_far)):
             break
         selection.steps.append(best)
         selection.chosen = best.fit
@@ -358,7 +358,12 @@ def _of_shapes(selection: Selection, so_far: float) -> float:
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:
-    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it."""
+    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it.
+
+    Friction that wanders gains a little from anything: unseen data must agree, or be predicted better.
+    """
+    if evidence.unseen > APART and not foretold(evidence):
+        return False
     return -evidence.bic >= needed or (evidence.unseen < PROVEN and foretold(evidence))
 
 
