@@ -216,7 +216,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        needed = LESSER * _of_shapes(selection, price(selection.baseline) - price(before))
+        needed = LESSER * _of_shapes(selection.steps, price(selection.baseline) - price(before))
         if len(selection.steps) == 1:
             needed = max(needed, least)
         current, steps = search.explore(before, search.names - taken, needed=needed)
@@ -226,7 +226,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         if aside is not None:
             selection.chosen = aside.fit
             continue
-        so_far = _of_shapes(selection, price(selection.baseline) - price(current))
+        so_far = _of_shapes(selection.steps, price(selection.baseline) - price(current))
         near = functools.cache(functools.partial(acting, current.problem, current.x))
         bends = functools.cache(functools.partial(bend, current))
         steps = [_of_its_own(step, current, near, bends, taken, so_far) for step in steps]
@@ -331,9 +331,10 @@ def _reconsider(selection: Selection, search: Search) -> None:
     for step in list(selection.steps[:-1]):
         rest = without(selection.chosen, step.guise)
         kin = TWINS.get(step.guise.name, frozenset())
-        taken = {s.guise.name for s in selection.steps if s is not step}
+        others = [other for other in selection.steps if other is not step]
+        taken = {other.guise.name for other in others}
         rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
-        so_far = price(selection.baseline) - price(rest)
+        so_far = _of_shapes(others, price(selection.baseline) - price(rest))
         needed = max(-BIC, LESSER * so_far)
         steps = [s for s in tried if s.refused is None and _enough(s.evidence, needed)]
         evidence = compare(rest, selection.chosen, search.unseen)
@@ -351,9 +352,9 @@ def _reconsider(selection: Selection, search: Search) -> None:
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
 
 
-def _of_shapes(selection: Selection, so_far: float) -> float:
-    """The part of the evidence `so_far` that may be for how the shape of what is named differs from the catalogue's."""
-    exact = -sum(step.evidence.bic for step in selection.steps if step.guise.name in EXACT)
+def _of_shapes(steps: list[Step], so_far: float) -> float:
+    """The part of the evidence `so_far` of `steps` that may be for how their shapes differ from the catalogue's."""
+    exact = -sum(step.evidence.bic for step in steps if step.guise.name in EXACT)
     return max(so_far - exact, 0.0)
 
 

@@ -259,6 +259,8 @@ def test_a_denied_step_says_why():
 @pytest.mark.parametrize(
     ("evidence", "z", "kin", "kept"),
     [
+        (30.0, 3.4, "inertia_error", True),  # less than 3 % of 1300, but a mass has no shape
+        (30.0, 3.4, "rail_defect", False),
         (45.0, 2.3, "viscous_asymmetry", False),  # it mended how another curve bends
         (45.0, 3.4, "viscous_asymmetry", True),
         (400.0, 2.3, "viscous_asymmetry", True),
@@ -267,7 +269,7 @@ def test_a_denied_step_says_why():
 )
 def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkeypatch, evidence, z, kin, kept):
     prices = {"baseline": 0.0, "rest": -1300.0, "chosen": -1300.0 - evidence}
-    told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.94, 41.0, 3.6)
+    told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.8, 41.0, 3.6)
     for name, made in {
         "price": prices.get, "cost": prices.get, "without": lambda *_: "rest", "compare": lambda *_: told,
     }.items():  # fmt: skip
@@ -283,9 +285,9 @@ def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkey
 def test_what_has_no_shape_is_not_known_imperfectly():
     """A drag beside a mass had 249, less than 3 % of its 12480: a matter of shapes, and a mass has none."""
     mass, ripple = step("inertia_error", -12480.0), step("torque_ripple", -2000.0)
-    assert select._of_shapes(Selection("baseline", "chosen", [mass]), 12480.0) == 0.0
-    assert select._of_shapes(Selection("baseline", "chosen", [mass, ripple]), 14480.0) == 2000.0
-    assert select._of_shapes(Selection("baseline", "chosen", [ripple]), 2000.0) == 2000.0
+    assert select._of_shapes([mass], 12480.0) == 0.0
+    assert select._of_shapes([mass, ripple], 14480.0) == 2000.0
+    assert select._of_shapes([ripple], 2000.0) == 2000.0
 
 
 @pytest.mark.parametrize(
