@@ -23,6 +23,7 @@ GIVES = 0.3  # of the gap: flanks that give more are a soft transmission
 FINER = 1.22  # ratio of one start of a gap to the next: one of another size is no start, what it does is not linear
 NARROWEST, WIDEST = 3e-5, 9e-3  # m: starts between which every machine is asked
 WIDE = 0.1  # of the travel: gaps of large machines may be wider
+SLIP = 0.015  # of the recorded travel: so much of it may a contact take to break on a large machine
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
 
@@ -108,7 +109,7 @@ def dwell(e: Effect, s: Setting) -> list[Guise]:
         Unknown("stiction_rise", 0.1 * s.force, 0.0, 2 * s.force),
         Unknown("time_constant", 1.0, 0.01, 100.0, log=True, spread=1.5),
         Unknown("age", 1.0, 0.0, 1.0),
-        Unknown("slip", 5e-4 * s.metre, 2e-5 * s.metre, 5e-3 * s.metre, log=True, spread=0.7),
+        Unknown("slip", 5e-4 * s.metre, 2e-5 * s.metre, max(5e-3 * s.metre, SLIP * s.travel), log=True, spread=0.7),
     )
     return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [0.5], [5e-4 * s.metre]))]
 

@@ -78,6 +78,23 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
     assert conclusion.Conclusion.pays(fake) is pays
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "interval", "chance"),
+    [
+        ("step_change", -3.64, (-5.43, -1.85), True),  # healthy machines of outside authors and of the judge
+        ("step_change", -1.19, (-2.11, -0.26), True),
+        ("step_change", 0.0044, (-0.007, 0.016), True),
+        ("step_change", 2.48, (1.91, 3.04), False),
+        ("step_change", 0.0063, (0.0046, 0.0081), False),
+        ("rail_defect", -3.64, (-5.43, -1.85), False),
+    ],
+)
+def test_the_best_of_many_moments_must_be_known_better_than_a_step_at_one(name, size, interval, chance):
+    parameter = {"step_change": "step", "rail_defect": "amplitude"}[name]
+    effect = FoundEffect(name, 0.1, {parameter: Quantity(size, "N", interval)}, 1.0)
+    assert effect_sizes.any_moment(effect) is chance
+
+
 @pytest.mark.parametrize(("interval", "unknown"), [((-20.9, 24.7), True), ((-1.0, 4.8), False), ((0.5, 3.3), False)])
 def test_a_size_whose_interval_reaches_far_beyond_zero_is_not_known(interval, unknown):
     """A healthy machine's friction was 1.9 kg of inertia, give or take 22.8."""

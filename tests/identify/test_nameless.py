@@ -360,6 +360,20 @@ def test_gaps_of_large_machines_may_be_wider_and_are_looked_for_as_closely(tmp_p
     assert gap(0.44) == pytest.approx((0.0489, 0.044), rel=0.01)
 
 
+def test_contacts_of_large_machines_may_break_within_more(tmp_path):
+    """Half a per cent of 2 m of travel: `what follows the rest is no broken contact` took the name three times."""
+    _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
+
+    def slip(travel):
+        (guise,) = guises(
+            {"dwell_time_stiction": find("dwell_time_stiction")}, setting_of(axis, travel=travel, rests=1.0)
+        )
+        return guise.unknowns[-1].high
+
+    assert slip(0.3) == pytest.approx(5e-3)
+    assert slip(2.0) == pytest.approx(0.03)
+
+
 def test_bristles_on_which_the_mass_swings_faster_than_the_samples_tell_are_none(tmp_path):
     _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
     setting = setting_of(axis)
