@@ -431,7 +431,9 @@ class Conclusion:
         x, share = self.final.x[self.final.problem.slot(guise)], self.error_left
         proven = (share < PROVEN and foretold(self._gained)) or overwhelming(self._gained)
         least = finding(effect.name, proven=proven)
-        if guise.oddity(x, least) is not None or at_edge(self.final, guise) or any_moment(effect):
+        if guise.oddity(x, least) is not None or at_edge(self.final, guise):
+            return False
+        if share >= PROVEN and any_moment(effect):
             return False
         if several and not self._felt_beside_others(effect):
             return False

@@ -83,7 +83,8 @@ def test_the_machine_does_not_outrun_what_is_identified(worn):
     axis = json.loads(tribowatch("axes", "--state-dir", folder, "--json").stdout)["axes"][0]
     begin = datetime(2026, 1, 5, 6, tzinfo=UTC).timestamp()  # of the scenario
     unanswered_days = (axis["last_sample_ns"] / 1e9 - begin) / 86400 - result["figures"]["event_days"]
-    assert -0.1 < unanswered_days < (AHEAD + 2) / 2  # two bursts a day; the last ones come while the demo ends
+    # two bursts a day, each of some seconds; the last ones come while the demo ends
+    assert -0.1 < unanswered_days < (AHEAD + 2) / 2 + 0.01
 
 
 def test_the_same_for_people(worn):

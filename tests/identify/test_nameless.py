@@ -411,8 +411,10 @@ def test_what_is_too_small_to_be_a_finding_at_last_is_not_named():
     ("interval", "left", "seen_z", "named"),
     [
         ((-5.4, 0.4), 0.72, 3.4, False),
-        ((-4.0, -1.0), 0.72, 3.4, True),
-        ((-5.4, 0.4), 0.14, 3.4, True),
+        ((-4.0, -1.0), 0.72, 3.4, False),  # the best of many moments
+        ((-3.4, -1.6), 0.72, 3.4, True),
+        ((-5.4, 0.4), 0.14, 3.4, False),
+        ((-5.4, 0.4), 0.02, 3.4, True),
         ((-5.4, 0.4), 0.14, 2.9, False),
         ((-5.4, 0.4), 0.02, 2.9, True),
     ],
