@@ -50,7 +50,7 @@ from identify.mismatch.rules import (
     price,
     strong,
 )
-from identify.mismatch.select import Selection, without
+from identify.mismatch.select import APART, Selection, without
 from plant.axis import Axis
 from plant.recording import Recording
 
@@ -435,7 +435,7 @@ class Conclusion:
             return False
         if share >= PROVEN and any_moment(effect):
             return False
-        if several and not self._felt_beside_others(effect):
+        if several and not (self._felt_beside_others(effect) and self._told_beside_others(effect)):
             return False
         if not may_be_absent(effect) or (several and self._seen_beside_others(effect)):
             return True
@@ -456,6 +456,11 @@ class Conclusion:
         told = self._told(effect)
         predicts = foretold(told) and told.unseen < MUCH
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
+
+    def _told_beside_others(self, effect: FoundEffect) -> bool:
+        """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little."""
+        told = self._told(effect)
+        return told.unseen <= APART or foretold(told)
 
     def _seen_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.

@@ -359,12 +359,7 @@ def _of_shapes(steps: list[Step], so_far: float) -> float:
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:
-    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it.
-
-    Friction that wanders gains a little from anything: unseen data must agree, or be predicted better.
-    """
-    if evidence.unseen > APART and not foretold(evidence):
-        return False
+    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it."""
     return -evidence.bic >= needed or (evidence.unseen < PROVEN and foretold(evidence))
 
 

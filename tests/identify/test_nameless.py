@@ -374,6 +374,21 @@ def test_contacts_of_large_machines_may_break_within_more(tmp_path):
     assert slip(2.0) == pytest.approx(0.03)
 
 
+@pytest.mark.parametrize(
+    ("unseen", "foreseen", "z", "told"),
+    [
+        (0.94, 538.0, 0.8, False),  # a step of friction that wanders, beside an asymmetry, with 2010
+        (0.92, 31.0, 0.4, False),
+        (0.94, 538.0, 4.0, True),
+        (0.8, 31.0, 0.4, True),
+    ],
+)
+def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told):
+    evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z)
+    fake = SimpleNamespace(_told=lambda _: evidence)
+    assert Conclusion._told_beside_others(fake, None) is told
+
+
 def test_bristles_on_which_the_mass_swings_faster_than_the_samples_tell_are_none(tmp_path):
     _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
     setting = setting_of(axis)
@@ -462,6 +477,7 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
     )  # fmt: skip
     fake._told = lambda _: told
     fake._felt_beside_others = lambda effect: Conclusion._felt_beside_others(fake, effect)
+    fake._told_beside_others = lambda effect: Conclusion._told_beside_others(fake, effect)
     fake._seen_beside_others = lambda effect: Conclusion._seen_beside_others(fake, effect)
     effect = FoundEffect("quadratic_drag", share, {"coefficient": Quantity(106.0, "N*s^2/m^2", (low, 218.0))}, 1.0)
     assert Conclusion._there(fake, effect) is named

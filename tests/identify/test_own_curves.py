@@ -333,9 +333,7 @@ def test_a_model_that_runs_away_through_a_weak_observer_shows_nothing_there(monk
 @pytest.mark.parametrize(
     ("bic", "unseen", "foreseen", "enough"),
     [
-        (-300.0, 0.8, 10.0, True),
-        (-300.0, 0.9, 150.0, True),
-        (-300.0, 0.9, 10.0, False),  # a step of friction that wanders, beside an asymmetry: 2010, 0.94, z 0.8
+        (-300.0, 0.9, 10.0, True),
         (-128.0, 0.9, 150.0, False),
         (-128.0, 0.03, 150.0, True),  # a spring beside a lag with 8333: hardly any error was left
         (-128.0, 0.03, 10.0, False),
