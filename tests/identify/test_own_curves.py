@@ -269,7 +269,7 @@ def test_a_denied_step_says_why():
 )
 def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkeypatch, evidence, z, kin, kept):
     prices = {"baseline": 0.0, "rest": -1300.0, "chosen": -1300.0 - evidence}
-    told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.8, 41.0, 3.6)
+    told = Comparison(-evidence, z, -0.6 * evidence, 0.95, 0.94, 41.0, 3.6)
     for name, made in {
         "price": prices.get, "cost": prices.get, "without": lambda *_: "rest", "compare": lambda *_: told,
     }.items():  # fmt: skip
