@@ -39,7 +39,8 @@ LITTLE = 0.15  # of the evidence of an effect that has earned its name: what sho
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
-WAYS = {"inertia_error"}  # with its weight and without: the constant force hides from a first look which it is
+# looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
+WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries

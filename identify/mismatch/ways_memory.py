@@ -102,7 +102,10 @@ def _stiffest(s: Setting, mass: float) -> float:
 
 
 def dwell(e: Effect, s: Setting) -> list[Guise]:
-    """A rise of the static force, where there are rests; how long the axis rested before nobody knows."""
+    """A rise of the static force, where there are rests; how long the axis rested before nobody knows.
+
+    Nor whether it falls with speed, as the rest of F_s does, or only with slip.
+    """
     if s.rests < 0.1:
         return []
     unknowns = (
@@ -111,7 +114,8 @@ def dwell(e: Effect, s: Setting) -> list[Guise]:
         Unknown("age", 1.0, 0.0, 1.0),
         Unknown("slip", 5e-4 * s.metre, 2e-5 * s.metre, max(5e-3 * s.metre, SLIP * s.travel), log=True, spread=0.7),
     )
-    return [Guise(e, unknowns, grid([0.5 * s.force], [0.1, 0.5, 3.0], [0.5], [5e-4 * s.metre]))]
+    starts = grid([0.5 * s.force], [0.1, 0.5, 3.0], [0.5], [5e-4 * s.metre])
+    return [Guise(e, unknowns, starts, (("level_share", share),)) for share in (0.0, 1.0)]
 
 
 def thermal(e: Effect, s: Setting) -> list[Guise]:

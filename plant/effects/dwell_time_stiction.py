@@ -3,7 +3,8 @@
 As a contact age x between 0 and 1, with F_s + A x: x' = (1 - x)/τ at rest, x' = -|v| x/d while moving. At the start of
 a recording it is young (0) unless `age` says that the axis had rested before. A step that ends at rest counts as rest:
 an observer's correction that friction swallows at once is no motion. Bristles never rest exactly: below REST_SPEED they
-count as resting.
+count as resting. The rise falls with speed as the rest of F_s does; the `level_share` of it does not, and only slip
+takes it away.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from numba import njit
 
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
-from plant.kernels.laws import AFTER, BRISTLE_STIFFNESS, LANES, RISE, SPEED, TO_STEP, VELOCITY, Rows, law
+from plant.kernels.laws import AFTER, BRISTLE_STIFFNESS, CLIMB, LANES, RISE, SPEED, TO_STEP, VELOCITY, Rows, law
 from plant.kernels.step import FASTMATH
 
 SLIP = 0.5e-3  # m: 14 % are left after a millimetre
@@ -37,7 +38,9 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         speed = abs(b[SPEED + j])
         slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
         rest = 0.5 * h / p[LANES + j] if speed < slow else 0.0
-        b[RISE + j] += p[j] * _older(x[j], p[3 * LANES + j], rest, 0.5 * h * speed / p[2 * LANES + j])
+        rise = p[j] * _older(x[j], p[3 * LANES + j], rest, 0.5 * h * speed / p[2 * LANES + j])
+        b[RISE + j] += rise
+        b[CLIMB + j] += p[4 * LANES + j] * rise
 
 
 @law(AFTER)
@@ -56,6 +59,7 @@ EFFECT = Effect(
         Parameter("time_constant", "s", (0.01, 100.0), (1e-3, 1e6), about="τ"),
         Parameter("slip", "m", (1e-4, 2e-3), (1e-7, 1.0), default=SLIP, reported=False, about="d"),
         Parameter("age", "1", (0.0, 1.0), default=0.0, reported=False, about="x at the start"),
+        Parameter("level_share", "1", (0.0, 1.0), (0.0, 1.0), default=0.0, reported=False, about="of A, at any speed"),
     ),
     laws=(_rise, _age),
     initial=(math.nan,),

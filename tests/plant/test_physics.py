@@ -230,10 +230,21 @@ def test_stiction_may_have_grown_before_the_recording(age, moves):
     assert bool(push(60.0, 50, friction=friction, effects=dwell).position[-1] > 0.0) is moves
 
 
+@pytest.mark.parametrize(("share", "resists"), [(0.0, 50.0), (0.5, 65.0), (1.0, 80.0)])
+def test_only_slip_takes_away_the_part_of_stiction_that_acts_at_any_speed(share, resists):
+    friction = StribeckFriction(50.0, 50.0, 1e-5, 1e-9)
+    values = {"stiction_rise": 30.0, "time_constant": 50.0, "age": 1.0, "level_share": share}
+    moved = MASS + MOTOR_MASS
+    path = push(200.0, 20, friction=friction, effects={"dwell_time_stiction": {**values, "slip": 1.0}})
+    slipped = push(200.0, 20, friction=friction, effects={"dwell_time_stiction": {**values, "slip": 1e-6}})
+    assert np.gradient(path.velocity, DT)[10] * moved == pytest.approx(200.0 - resists, rel=0.02)
+    assert np.gradient(slipped.velocity, DT)[10] * moved == pytest.approx(150.0, rel=0.01)
+
+
 def test_a_correction_that_friction_swallows_at_once_is_a_rest():
     """An observer moves the speed at every sample: half of every rest was missing, and the time constant halved."""
     plan = Plan(Surroundings.of(FLAT, 0.0), (find("dwell_time_stiction"),))
-    values = np.array([[30.0], [1.0], [5e-4], [0.0]])  # rise [N], time constant [s], slip [m], age
+    values = np.array([[30.0], [1.0], [5e-4], [0.0], [0.0]])  # rise [N], time constant [s], slip [m], age, share
     blocks = plan.blocks(np.array([[50.0], [50.0], [0.05], [100.0]]), values)
     block = blocks.b[0]
     for k in range(200):  # 2 s
