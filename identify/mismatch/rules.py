@@ -141,8 +141,8 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     if guise.name != "end_stop":
         return None
     x = fitted.x[fitted.problem.slot(guise)]
-    position, stiffness = guise.unknowns
-    value = float(stiffness.value(x[1:])[0])
+    position, stiffness = guise.unknowns[:2]
+    value = float(stiffness.value(x[1:2])[0])
     depth = abs(float(position.value(x[:1])[0]) - position.origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
     sure = evidence.unseen < PROVEN or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)

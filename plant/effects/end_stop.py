@@ -1,4 +1,7 @@
-"""end_stop: + k (y - y_e) beyond y_e, where beyond is away from the middle of the travel."""
+"""end_stop: + k (y - y_e) beyond y_e, where beyond is away from the middle of the travel.
+
+With `dissipation` α the force is k (y - y_e) (1 + α v) while it pushes, as of a bumper that damps (Hunt & Crossley 1975).
+"""
 
 from __future__ import annotations
 
@@ -18,12 +21,12 @@ NO_TRAVEL = 1e-12  # m
 @law(TO_STEP)
 def _force(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        side = p[2 * LANES + j]
+        side = p[3 * LANES + j]
         depth, travel = side * (b[MIDDLE + j] - p[j]), side * h * b[SPEED + j]
         first, last = max(depth - 0.5 * travel, 0.0), max(depth + 0.5 * travel, 0.0)
         # Mean depth over the sub-step: the stop is met somewhere inside it.
         mean = (last + first) * (last - first) / (2.0 * travel) if abs(travel) > NO_TRAVEL else max(depth, 0.0)
-        b[FORCE + j] += p[LANES + j] * side * mean
+        b[FORCE + j] += p[LANES + j] * side * mean * max(1.0 + p[2 * LANES + j] * side * b[SPEED + j], 0.0)
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:
@@ -40,6 +43,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("position", "m", (-10.0, 10.0), about="y_e"),
         Parameter("stiffness", "N/m", (1e3, 1e6), (0.0, 1e9), absent=0.0, about="k"),
+        Parameter("dissipation", "s/m", (0.0, 10.0), (0.0, 1e6), default=0.0, reported=False, about="α"),
     ),
     laws=(_force,),
     prepare=_prepare,
