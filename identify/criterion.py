@@ -49,23 +49,19 @@ def restarted(samples: Samples, run_length: float = RUN_LENGTH) -> tuple[Samples
 
 def short_run_criterion(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> float:
     """Eq. (4) of unknowns x over restarted free runs: squared errors over squares of the centred position. [1]"""
-    position = problem.samples.position
-    return float(short_run_squares(problem, x, run_length).sum()) / float(np.sum((position - position.mean()) ** 2))
-
-
-def short_run_squares(problem: FrictionProblem, x: Floats, run_length: float = RUN_LENGTH) -> Floats:
-    """Sum of squared errors of each restarted free run of unknowns x. [m²] (runs,)"""
     samples, states = restarted(problem.samples, run_length)
     cut = problem.on(samples, states)
     y = np.concatenate([x[: problem.p], np.zeros(2 * samples.runs)])
-    error = cut.errors(y[None], FREE)[:, 0]
-    return np.asarray(np.add.reduceat(error**2, samples.first), dtype=np.float64)
+    return relative_square(cut.errors(y[None], FREE)[:, 0], problem.samples.position)
 
 
 def one_run_criterion(problem: FrictionProblem, x: Floats) -> float:
     """Eq. (4) of unknowns x (size,), starts included, over one free run; position centred. [1]"""
-    error = problem.errors(x[None], FREE)[:, 0]
-    position = problem.samples.position
+    return relative_square(problem.errors(x[None], FREE)[:, 0], problem.samples.position)
+
+
+def relative_square(error: Floats, position: Floats) -> float:
+    """Squared errors (n,) over squares of the centred position (n,). [1]"""
     return float(error @ error) / float(np.sum((position - position.mean()) ** 2))
 
 

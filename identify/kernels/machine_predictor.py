@@ -63,6 +63,8 @@ def predict_machine(
     observed: int,
     start: Floats,
     gain: Floats,
+    memory: Floats,
+    goes_on: bool,
     scratch: Floats,
     error: Floats,
 ) -> None:
@@ -76,13 +78,16 @@ def predict_machine(
         position: measured, by all candidates or by each its own. [m] (n, 1 or LANES)
         t: time since the start of the recording. [s] (n,)
         steps: time to the next sample; not used at the end of a run. [s] (n,)
-        run: index of the run a sample belongs to, ascending. A run that the last one leads to, the step between them
-            known, keeps what effects, bristles and a transmission remember; else one is where its force says. (n,)
+        run: index of the run a sample belongs to, ascending. The one before leads to a run where the step between them
+            is known. (n,)
         valid: False where the position must not be used: the error is 0 and corrects nothing. (n,)
         substeps: sub-steps per sample, >= 1.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
         start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
         gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, LANES)
+        memory: of each run that another leads to, what effects, bristles and a transmission remember by then. Without
+            it a run begins as if nothing had been, its transmission bent by the force. (runs or 0, rows * LANES)
+        goes_on: whether a run that another leads to is only the rest of that one; `memory` is filled.
         scratch: room for a copy of the block, and the latent acceleration. (rows * LANES + LANES,)
         error: measured minus predicted position. [m] (n, LANES)
     """
@@ -98,30 +103,34 @@ def predict_machine(
     for k in range(n):
         if run[k] != current:
             current = run[k]
-            remembers = k > 0 and steps[k - 1] > 0.0
-            if remembers:
+            leads = k > 0 and steps[k - 1] > 0.0
+            if leads and goes_on:
                 load(b, drive, k - 1)
                 advance_sample(b, laws, structure, t[k - 1], steps[k - 1], substeps)
+                for j in range(LANES):
+                    d[j] *= gain[3, j]
+                memory[current] = b
             else:
-                b[:] = block
-            for j in range(LANES):
-                y, v = start[2 * current, j], start[2 * current + 1, j]
-                carried = drive[k, 0, j if own_force else 0]
-                if two and remembers:
-                    faster = v - b[observed_speed + j]
-                    b[SPEED + j] += faster
-                    b[MOTOR_SPEED + j] += faster
-                    b[hidden + j] += y - b[observed + j]
-                else:
-                    b[SPEED + j] = v
-                    b[MOTOR_SPEED + j] = v
-                    stretch = carried / b[STIFFNESS + j] if two else 0.0
-                    stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
-                    b[hidden + j] = y + side * stretch
-                b[observed + j] = y
-                d[j] = 0.0
-                if bristles and not remembers:
-                    b[BRISTLE + j] = _settled(b, j, carried)
+                known = leads and len(memory) > 0
+                b[:] = memory[current] if known else block
+                for j in range(LANES):
+                    y, v = start[2 * current, j], start[2 * current + 1, j]
+                    carried = drive[k, 0, j if own_force else 0]
+                    if two and known:
+                        faster = v - b[observed_speed + j]
+                        b[SPEED + j] += faster
+                        b[MOTOR_SPEED + j] += faster
+                        b[hidden + j] += y - b[observed + j]
+                    else:
+                        b[SPEED + j] = v
+                        b[MOTOR_SPEED + j] = v
+                        stretch = carried / b[STIFFNESS + j] if two else 0.0
+                        stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
+                        b[hidden + j] = y + side * stretch
+                    b[observed + j] = y
+                    d[j] = 0.0
+                    if bristles and not known:
+                        b[BRISTLE + j] = _settled(b, j, carried)
         for j in range(LANES):
             e = position[k, j if own_position else 0] - b[observed + j] if valid[k] else 0.0
             error[k, j] = e

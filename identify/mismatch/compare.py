@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criterion import FREE, RUN_LENGTH, noise_level, restarted, short_run_criterion
+from identify.criterion import RUN_LENGTH, noise_level, relative_square, restarted
 from identify.judge import median_speed
 from identify.latent import latent_force
 from identify.mismatch.clock import APART
@@ -117,7 +117,8 @@ class Fit:
 
     def short_run(self) -> float:
         """Eq. (4) over one-second free runs. [1]."""
-        return float(short_run_criterion(self.problem, self.x))
+        samples = self.problem.samples
+        return relative_square(free_errors(self, *restarted(samples)), samples.position)
 
 
 def fit(problem: ExtendedProblem, points: Floats) -> Fit:
@@ -277,7 +278,7 @@ def run_lengths(one: Fit) -> tuple[float, ...]:
 def free_errors(one: Fit, cut: Samples, states: Floats) -> Floats:
     """Errors of free runs from given states. [m] (n,)"""
     there = one.on(cut, states)
-    return there.problem.errors(there.x[None], FREE)[:, 0].copy()
+    return there.problem.free_runs(there.x, one.found.gain)
 
 
 def _forgiven(error: Floats, cut: Samples, doubt: float) -> Floats:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.criterion import FREE
 from identify.kernels.machine_predictor import predict_machine
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
@@ -25,6 +26,7 @@ from plant.machine import Blocks, Plan, drive_forces
 
 Floats = NDArray[np.float64]
 
+NOTHING: Floats = np.empty((0, 0))
 FEWEST, MOST = 2, 6  # sub-steps per sample, at most, where an effect asks for more than the baseline
 FINE_ENOUGH = 0.0015  # s: a soft transmission of 4 Hz at 250 Hz is found as well with half the sub-steps
 
@@ -162,7 +164,33 @@ class ExtendedProblem(FrictionProblem):
         """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
         return self.disturbed(x, gain)
 
-    def disturbed(self, x: Floats, gain: Floats, push: Floats | None = None, shift: Floats | None = None) -> Floats:
+    def free_runs(self, x: Floats, gain: Floats) -> Floats:
+        """Errors of free runs of x (size,) from their given starts. [m] (n,)
+
+        Where one run leads to the next, effects begin with what an observer of this `gain` (4,) makes of the data
+        before it: how long the axis has rested, which flank a gap touches, how far a transmission is bent.
+        """
+        memory = self._memory(x, gain)
+        return self.disturbed(x[None], FREE, memory=memory)[:, 0].copy()
+
+    def _memory(self, x: Floats, gain: Floats) -> Floats | None:
+        """What an observer knows at the start of each run; None where nothing is remembered. (runs, rows * LANES)"""
+        blocks = self.blocks(x[None])
+        if self.samples.runs == 1 or not (blocks.structure or any(guise.effect.initial for guise in self.guises)):
+            return None
+        memory = np.zeros((self.samples.runs, blocks.b.shape[1]))
+        self.disturbed(x[None], gain, memory=memory, goes_on=True)
+        return memory
+
+    def disturbed(
+        self,
+        x: Floats,
+        gain: Floats,
+        push: Floats | None = None,
+        shift: Floats | None = None,
+        memory: Floats | None = None,
+        goes_on: bool = False,
+    ) -> Floats:
         """Errors with a force `push` on top of the drive's, held over each sample, and a sensor that errs by `shift`.
 
         Args:
@@ -170,6 +198,8 @@ class ExtendedProblem(FrictionProblem):
             gain: of the observer. (4,) or (4, m)
             push: on top of the drive's force. [N] (n, m)
             shift: on top of the measured position; what is known of the starts stays. [m] (n, m)
+            memory: of one candidate, what its runs begin with, or room for it where it `goes_on`. (runs, rows * LANES)
+            goes_on: whether a run that another leads to is none, but fills `memory`.
 
         Returns:
             prediction errors. [m] (n, m), a reused buffer
@@ -209,6 +239,8 @@ class ExtendedProblem(FrictionProblem):
                 blocks.observed,
                 np.ascontiguousarray(start[:, lanes]),
                 np.ascontiguousarray(gains[:, lanes]),
+                NOTHING if memory is None else memory,
+                goes_on,
                 np.empty(blocks.b.shape[1] + LANES),
                 one,
             )
