@@ -27,6 +27,7 @@ from identify.mismatch.rules import (
     BIC_STRONG,
     BREAK_AWAY,
     CLEARLY,
+    CONVINCING,
     FORESEEN,
     HELD_OUT,
     LATE,
@@ -37,6 +38,7 @@ from identify.mismatch.rules import (
     STRAY,
     TIED_BIC,
     TIED_SHARE,
+    Z_STRONG,
     agreed,
     at_edge,
     beyond,
@@ -133,7 +135,7 @@ class Conclusion:
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
         Weak evidence is worth a name only where half of the error is gone.
         Where most of the latent force is explained, sample by sample, free runs need only be no worse; past the worst
-        of them, where the fitted data alone are not overwhelming.
+        of them, where the fitted data alone are not overwhelming. Nor more where unseen data foretell the effects.
         """
         final = self.final
         share = self.error_left
@@ -144,7 +146,7 @@ class Conclusion:
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
-        if foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0:
+        if self._foretells or (foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0):
             return True
         sure = overwhelming(self._gained) and self._gained.lacking < MUCH
         if sure and (self._gained.unseen < 1.0 if self.blind else past < WORTH):
@@ -155,6 +157,17 @@ class Conclusion:
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
         still = self.selection.chosen.latent_force > STILL * self.bare.latent_force
         return share < (CLEARLY if still else WORTH) or past < enough
+
+    @property
+    def _foretells(self) -> bool:
+        """Whether unseen data, with friction as it was then, are likelier and predicted better; fitted ones agree."""
+        return foretold(self._gained) and self._gained.z >= Z_STRONG and self._gained.unseen < WORTH
+
+    @property
+    def hinted(self) -> bool:
+        """Whether unseen data would tell an effect of which the fitted ones know nothing: at another speed or load."""
+        told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]
+        return any(one.foreseen > CONVINCING and foretold(one) and one.unseen < WORTH for one in told)
 
     @cached_property
     def error_left(self) -> float:
@@ -207,7 +220,7 @@ class Conclusion:
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
-            if after > rest and after > KEPT * before and not overwhelming(self._gained):
+            if after > rest and after > KEPT * before and not (overwhelming(self._gained) or self._foretells):
                 return False
             strays = self.held_out(self.final) > STRAY * self.own and not decided(self._gained)
             if strays or self._odder:

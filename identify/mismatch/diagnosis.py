@@ -113,7 +113,10 @@ def conclude(
         if isinstance(other, Conclusion) and other.verdict is Verdict.EXPLAINED and other.selection.steps:
             return other  # a constant force is no reason why recordings disagree
         return first
-    more = judged_by(Judges.PART) if first.torn and (first.spelled or not first.happened) else first
+    several = first.evidence.kind == "recording"
+    hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
+    parts = hinted or (first.torn and (first.spelled or not first.happened))
+    more = judged_by(Judges.PART) if parts else first
     told = first.spelled or first.confirmed
     no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
     if (
@@ -124,7 +127,7 @@ def conclude(
         found = first
     else:
         found = more
-    explained, several = found.verdict is Verdict.EXPLAINED, first.evidence.kind == "recording"
+    explained = found.verdict is Verdict.EXPLAINED
     if explained and not (several and [step.guise.name for step in found.selection.steps] == [STEP]):
         return found
     if not several or first.recognised:

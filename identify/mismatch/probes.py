@@ -82,7 +82,8 @@ class View:
         for k in range(0, series.shape[1], LANES):
             part = size * series[:, k : k + LANES]
             lanes = np.repeat(self.x[None], part.shape[1], axis=0)
-            found[:, k : k + LANES] = (problem.disturbed(lanes, self.gain, **{disturbance: part}) - start) / size
+            both = (part, None) if disturbance == "push" else (None, part)
+            found[:, k : k + LANES] = (problem.disturbed(lanes, self.gain, *both) - start) / size
         return found
 
 

@@ -13,6 +13,7 @@ from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
+from identify.mismatch.result import Quantity
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import Selection
 
@@ -28,7 +29,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         turned: with their roles exchanged.
     """
     told = [(found, step) for found in (first, turned) if (step := _leader(found)) is not None]
-    if len(told) < 2 or not _agree(told[0][1], told[1][1]):
+    if len(told) < 2 or not _agree(*told):
         return None
     found, step = min(told, key=lambda one: one[1].evidence.unseen)
     opening = found.selection.opening
@@ -71,13 +72,20 @@ def _everywhere(step: Step) -> float:
     return step.evidence.foreseen - step.evidence.bic
 
 
-def _agree(one: Step, other: Step) -> bool:
+def _agree(*told: tuple[Conclusion, Step]) -> bool:
     """Whether two steps are the same effect, every size of which may be the same."""
-    if one.guise.name != other.guise.name:
+    if len({step.guise.name for _, step in told}) > 1:
         return False
-    sizes = [quantities(measured(step.fit), step.guise) for step in (one, other)]
-    for name in sizes[0].keys() & sizes[1].keys():
-        ours, theirs = (size[name].ci95 for size in sizes)
+    one, other = (_sizes(found, step) for found, step in told)
+    for name in one.keys() & other.keys():
+        ours, theirs = one[name].ci95, other[name].ci95
         if ours is not None and theirs is not None and not overlap(ours, theirs):
             return False
     return True
+
+
+def _sizes(found: Conclusion, step: Step) -> dict[str, Quantity]:
+    """What a step measures, as the conclusion's last polish has it where the effect was chosen."""
+    chosen = step.guise.name in {one.guise.name for one in found.selection.steps}
+    fitted = found.final if chosen else step.fit
+    return quantities(measured(fitted), fitted.problem.guise(step.guise.name))
