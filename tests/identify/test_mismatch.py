@@ -108,17 +108,24 @@ def test_the_force_of_an_effect_is_in_newtons(quiet):
     assert effect_force(more, y, guise)[0] == pytest.approx(np.sqrt(np.mean((drag * speed**2) ** 2)), rel=0.3)
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "worse"),
-    [
-        ("actuator_lag", {"time_constant": 0.05}, 100.0),
-        ("presliding_hysteresis", {"bristle_stiffness": 3e4, "bristle_damping": 1e3}, 100.0),
-        ("transmission_compliance", {"stiffness": 3e4, "damping": 30.0}, 10.0),
-    ],
-)
-def test_a_free_run_that_goes_on_remembers_what_was_under_way(quiet, name, values, worse):
+REMEMBERS = [
+    ("actuator_lag", {"time_constant": 0.05}, 100.0),
+    ("presliding_hysteresis", {"bristle_stiffness": 3e4, "bristle_damping": 1e3}, 100.0),
+    ("transmission_compliance", {"stiffness": 3e4, "damping": 30.0}, 10.0),
+    ("dwell_time_stiction", {"stiction_rise": 30.0, "time_constant": 2.0, "age": 0.0, "slip": 1e-3}, 3.0),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "worse"), REMEMBERS, ids=[name for name, *_ in REMEMBERS])
+def test_a_free_run_that_goes_on_remembers_what_was_under_way(quiet, tmp_path, name, values, worse):
     """Where a perfect model is restarted every second, only the noise of its restarts is left."""
-    _, samples, problem, x = quiet
+    axis, samples, problem, x = quiet
+    if name == "dwell_time_stiction":  # a motion that rests for longer than a free run
+        _, axis, recordings = recorded(tmp_path, seed=5003, excitation="loop_trapezoid", duration=20.0)
+        samples = prepare(recordings[0], axis)
+        problem = ExtendedProblem(samples, axis)
+        x = np.zeros(problem.size)
+        x[:4] = 0.4, 0.5, -1.5, 0.4
     guise = next(guise for guise in ways(problem, x) if guise.name == name)
     more = problem.including((guise,)).marched(40)
     y = np.zeros(more.size)
@@ -128,8 +135,23 @@ def test_a_free_run_that_goes_on_remembers_what_was_under_way(quiet, name, value
     perfect = dataclasses.replace(samples, position=moved)
     cut, states = restarted(perfect)
     left = _left(more.on(cut, states), y)
+    forgetful = _left(more.on(dataclasses.replace(cut, steps=_ended(cut)), states), y)
+    print(f"{name}: {left:.2g}, forgetful {forgetful:.2g}")
     assert left < 1e-5
-    assert _left(more.on(dataclasses.replace(cut, steps=_ended(cut)), states), y) > worse * left
+    assert forgetful > worse * left
+
+
+def test_stiction_that_slip_alone_wears_off_is_measured(tmp_path):
+    """Taken to fall with speed as F_s does, it was known to four fifths only."""
+    spec = {"effects": ("dwell_time_stiction",), "shapes": "foreign", "excitation": "loop_trapezoid"}
+    case, axis, recordings = recorded(tmp_path, seed=6107, size=1.5, duration=40.0, **spec)
+    assert case.labels["shapes"] == {"dwell_time_stiction": "by_slip"}
+    (found,) = diagnose(recordings, axis).effects
+    assert found.name == "dwell_time_stiction"
+    rise = found.parameters["stiction_rise"]
+    low, high = rise.ci95
+    assert low < case.labels["effects"][found.name]["stiction_rise"] < high
+    assert high - low < 0.6 * rise.value
 
 
 def _left(problem, x):

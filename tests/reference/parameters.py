@@ -17,8 +17,8 @@ FIELDS = [
     "ripple_wave", "ripple_phase", "ripple_second", "eccentricity", "eccentricity_wave", "eccentricity_phase",
     "load_friction", "load_friction_knee", "drop", "drop_time", "drop_shape", "drag", "drag_power", "spring",
     "spring_rest", "spring_cubic", "scale", "lag", "lag_order", "delay", "limit", "limit_knee", "dwell",
-    "dwell_time", "dwell_shape", "dwell_slip", "rest_speed", "stop", "stop_stiffness", "stop_side", "stop_power",
-    "step", "step_time", "step_ramp", "step_both", "root_drag", "memory", "cable", "cable_travel", "shear",
+    "dwell_time", "dwell_shape", "dwell_slip", "dwell_level", "rest_speed", "stop", "stop_stiffness", "stop_side",
+    "stop_power", "step", "step_time", "step_ramp", "step_both", "root_drag", "memory", "cable", "cable_travel", "shear",
     "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way", "exponent",
 ]
 # fmt: on
@@ -245,7 +245,7 @@ SHAPES = {
     "position_spring": {"line": {}, "hardening": {"spring_cubic": 0.3}},
     "actuator_lag": {"first_order": {}, "second_order": {"lag_order": 2.0}},
     "torque_saturation": {"hard": {}, "rounded": {"limit_knee": 0.03}},
-    "dwell_time_stiction": {"exponential": {}, "logarithm": {"dwell_shape": 1.0}},
+    "dwell_time_stiction": {"exponential": {}, "logarithm": {"dwell_shape": 1.0}, "by_slip": {"dwell_level": 1.0}},
     "end_stop": {"line": {}, "hertz": {"stop_power": 1.5}},
     "step_change": {"sudden": {}, "ramp": {"step_ramp": 0.4}, "both_levels": {"step_both": 1.0}},
 }

@@ -79,6 +79,7 @@ def dry_level(p, t, x, s, speed, carried, w):
     if p.step != 0.0:  # set to 0 before its instant by the march
         step = p.step if p.step_ramp <= 0.0 else p.step * min(1.0, (t - p.step_time) / p.step_ramp)
     coulomb = p.coulomb + step
+    coulomb += p.dwell_level * x[DWELL]  # worn off by slip alone, whatever the speed
     static = p.static + p.step_both * step + x[DWELL]
     past = speed / p.stribeck
     level = coulomb + (static - coulomb) * math.exp(-(past if p.exponent == 1.0 else max(past, 0.0) ** p.exponent))
