@@ -1,6 +1,6 @@
 """end_stop: + k (y - y_e) beyond y_e, where beyond is away from the middle of the travel.
 
-With `dissipation` α the force is k (y - y_e) (1 + α v) while it pushes, as of a bumper that damps (Hunt & Crossley 1975).
+With `dissipation` α the force is k (y - y_e) (1 + α v) while it pushes: a bumper that damps (Hunt & Crossley 1975).
 """
 
 from __future__ import annotations

@@ -19,7 +19,8 @@ FIELDS = [
     "spring_rest", "spring_cubic", "scale", "lag", "lag_order", "delay", "limit", "limit_knee", "dwell",
     "dwell_time", "dwell_shape", "dwell_slip", "dwell_level", "rest_speed", "stop", "stop_stiffness", "stop_side",
     "stop_power", "step", "step_time", "step_ramp", "step_both", "root_drag", "memory", "cable", "cable_travel",
-    "shear", "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way", "exponent",
+    "shear", "shear_speed", "dent", "dent_centre", "dent_width", "level_ripple", "level_ripple_wave", "one_way",
+    "exponent",
 ]
 # fmt: on
 RECORD = np.dtype([(name, np.float64) for name in FIELDS])
