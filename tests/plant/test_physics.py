@@ -206,6 +206,15 @@ def test_a_spring_swings_at_its_frequency_without_losing_height():
     np.testing.assert_allclose(path.position, 0.1 - 0.1 * np.cos(omega * path.t), atol=2e-5)
 
 
+@pytest.mark.parametrize("dissipation", [0.0, 0.2, 0.5])
+def test_a_stop_that_damps_gives_back_less_of_the_speed(dissipation):
+    """The coefficient of restitution is 1 - 2/3 α v, for little of it (Hunt & Crossley 1975)."""
+    stop = {"end_stop": {"position": 0.1, "stiffness": 2e3, "dissipation": dissipation}}
+    gliding = StribeckFriction(1e-6, 1e-6, 0.05, 1e-9)
+    path = push(0.0, 400, friction=gliding, effects=stop, velocity0=0.2, substeps=50)
+    assert path.velocity[-1] / -0.2 == pytest.approx(1.0 - 2.0 / 3.0 * dissipation * 0.2, abs=0.005)
+
+
 def test_stiction_grows_at_rest_and_is_gone_after_sliding():
     friction = StribeckFriction(50.0, 50.0, 0.05, 100.0)
     dwell = {"dwell_time_stiction": {"stiction_rise": 30.0, "time_constant": 0.5}}
