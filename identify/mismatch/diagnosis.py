@@ -12,6 +12,7 @@ from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
 from identify.mismatch.baseline import fit_baseline, read_again, read_torque
+from identify.mismatch.carried import carried
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import curve
@@ -135,8 +136,10 @@ def conclude(
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):
         return found
-    if not explained and turned.holds_beside(first):
-        return turned
+    if not explained:
+        again = turned if turned.holds_beside(first) else carried(first, turned)
+        if again is not None:
+            return again
     if found.verdict is Verdict.NO_MISMATCH and first.confirms(turned):
         return turned
     twice = None if explained else told_twice(first, turned)

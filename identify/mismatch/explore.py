@@ -117,7 +117,7 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
             if not worth_it(look):
                 yield look.unfitted(current)
                 continue
-            step = _weighed(current, richer[look], look.guise, unseen)
+            step = weighed(current, richer[look], look.guise, unseen)
             best = min(best, step.evidence.bic) if step.refused is None else best
             yield step
 
@@ -259,7 +259,7 @@ def _bound(current: Fit, step: Step, times: int, unseen: Samples) -> Step:
     problem = current.problem.including((*current.problem.guises, guise))
     x = step.fit.x.copy()
     x[problem.slot(guise).start] = 0.0
-    return _weighed(current, fit(problem, x[None]), guise, unseen)
+    return weighed(current, fit(problem, x[None]), guise, unseen)
 
 
 def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:
@@ -270,7 +270,7 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
         freed = step.guise.freed
         if freed is not None and step.evidence.bic < min(BIC, TESTED * most) and step.guise in step.fit.problem.guises:
             problem = current.problem.including((*current.problem.guises, freed))
-            bent = _weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
+            bent = weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
             told = bent.evidence.bic < step.evidence.bic + BIC and bent.evidence.foreseen > step.evidence.foreseen
             known = bool(bent.denied) or not bent_to_edge(bent.fit, freed)
             found.append(bent if told and known else step)
@@ -291,7 +291,7 @@ def _carried(fitted: Fit, problem: ExtendedProblem) -> Floats:
     return x
 
 
-def _weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
+def weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
     """What the richer model's `guise` is worth on top of `current`."""
     force, acting = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)

@@ -235,7 +235,7 @@ def test_what_has_no_slope_is_fitted_where_its_first_look_is_still_under_way(mon
              look("thermal_drift", -3.0)]  # fmt: skip
     fitted = []
     monkeypatch.setattr(explore, "_full", lambda seen: fitted.append(seen.guise.name))
-    monkeypatch.setattr(explore, "_weighed", lambda *_: step("x", -90.0))
+    monkeypatch.setattr(explore, "weighed", lambda *_: step("x", -90.0))
     assert len(list(explore._fitted(None, looks, 15.0, None))) == 4
     assert fitted == ["rail_defect", "dwell_time_stiction"]
 
