@@ -137,7 +137,10 @@ def finding(name: str, *, proven: bool) -> float:
 
 
 def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
-    """Why a stop is none: it is softer than the catalogue's stops, a spring along part of the travel; or None."""
+    """Why a stop is none: it is softer than the catalogue's stops, a spring along part of the travel; or None.
+
+    The catalogue says in N/m how soft they are; of a rotary axis' stops, unseen data must.
+    """
     if guise.name != "end_stop":
         return None
     x = fitted.x[fitted.problem.slot(guise)]
@@ -145,8 +148,9 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     value = float(stiffness.value(x[1:2])[0])
     depth = abs(float(position.value(x[:1])[0]) - position.origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
-    sure = evidence.unseen < PROVEN or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
-    if value >= SOFTEST * stiffness.low or (at_end and sure):
+    proven = evidence.unseen < PROVEN
+    sure = proven or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
+    if value >= SOFTEST * stiffness.low or (at_end and sure) or (fitted.problem.axis.is_rotary and proven):
         return None
     return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
 
