@@ -146,7 +146,7 @@ class Conclusion:
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
-        if self._foretells or (foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0):
+        if _foretells(self._gained) or (foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0):
             return True
         sure = overwhelming(self._gained) and self._gained.lacking < MUCH
         if sure and (self._gained.unseen < 1.0 if self.blind else past < WORTH):
@@ -157,11 +157,6 @@ class Conclusion:
         enough = WORTH if BREAK_AWAY & set(final.names) else CLEARLY
         still = self.selection.chosen.latent_force > STILL * self.bare.latent_force
         return share < (CLEARLY if still else WORTH) or past < enough
-
-    @property
-    def _foretells(self) -> bool:
-        """Whether unseen data, with friction as it was then, are likelier and predicted better; fitted ones agree."""
-        return foretold(self._gained) and self._gained.z >= Z_STRONG and self._gained.unseen < WORTH
 
     @property
     def hinted(self) -> bool:
@@ -220,7 +215,7 @@ class Conclusion:
             return False
         if share > CONFIRMED or (share > PROVEN and not foretold(self._gained)):
             rest = REST * baseline.dry_level * (DIRTY if share < MUCH else 1.0)
-            if after > rest and after > KEPT * before and not (overwhelming(self._gained) or self._foretells):
+            if after > rest and after > KEPT * before and not (overwhelming(self._gained) or _foretells(self._gained)):
                 return False
             strays = self.held_out(self.final) > STRAY * self.own and not decided(self._gained)
             if strays or self._odder:
@@ -524,6 +519,11 @@ class Conclusion:
         else:  # two masses seen from the motor have no inverse: what the prediction errors tell
             left = float(np.exp((price(chosen) - price(rest)) / len(train)))
         return float(np.clip(1.0 - left, 0.0, 1.0))
+
+
+def _foretells(told: Comparison) -> bool:
+    """Whether unseen data, with friction as it was then, are likelier and predicted better, and fitted ones agree."""
+    return foretold(told) and told.z >= Z_STRONG and told.unseen < WORTH
 
 
 def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:

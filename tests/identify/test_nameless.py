@@ -365,10 +365,10 @@ def test_contacts_of_large_machines_may_break_within_more(tmp_path):
     _, axis, _ = recorded(tmp_path, seed=TRAIN_SEED, duration=2.0)
 
     def slip(travel):
-        (guise,) = guises(
-            {"dwell_time_stiction": find("dwell_time_stiction")}, setting_of(axis, travel=travel, rests=1.0)
-        )
-        return guise.unknowns[-1].high
+        ways = guises({"dwell_time_stiction": find("dwell_time_stiction")}, setting_of(axis, travel=travel, rests=1.0))
+        assert [guise.fixed for guise in ways] == [(("level_share", 0.0),), (("level_share", 1.0),)]
+        (slip,) = {guise.unknowns[-1].high for guise in ways}
+        return slip
 
     assert slip(0.3) == pytest.approx(5e-3)
     assert slip(2.0) == pytest.approx(0.03)
@@ -581,7 +581,11 @@ def test_what_unseen_data_foretell_and_leaves_little_force_pays_though_few_runs_
     told = weighed(1.02, 11.0, 0.1, past=0.89)
     told._gained = dataclasses.replace(told._gained, lacking=0.1)
     assert Conclusion.pays(told)
-    assert not Conclusion.pays(weighed(1.02, 11.0, 0.1, past=0.89))
+    told = weighed(1.02, 11.0, 0.1, past=0.89)
+    told._gained = dataclasses.replace(told._gained, unseen=0.89)
+    assert not Conclusion.pays(told)
+    told._gained = dataclasses.replace(told._gained, unseen=0.67)
+    assert Conclusion.pays(told), "with friction as it was then, much less of the error is left"
 
 
 @pytest.mark.parametrize(
@@ -640,7 +644,9 @@ def test_friction_that_never_repeats_leaves_its_force_beside_any_name(monkeypatc
     told._gained = Comparison(-2345.0, 6.3, -1740.0, 0.33, 0.53, 1438.0, 6.2, again=1124.0, lacking=0.72)
     assert Conclusion.stands.func(told)
     told._gained = dataclasses.replace(told._gained, again=400.0)
-    assert not Conclusion.stands.func(told), "unseen data are less sure"
+    assert Conclusion.stands.func(told), "unseen data are predicted with half of the error, and foretell it"
+    told._gained = dataclasses.replace(told._gained, unseen=0.9)
+    assert not Conclusion.stands.func(told), "unseen data are less sure, and hardly predicted better"
 
 
 def test_what_no_name_may_explain_still_has_a_coordinate(monkeypatch):

@@ -27,7 +27,7 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **
             evidence=dataclasses.replace(told, bic=told.bic + behind),
         ),
     ]
-    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps), outgrown=set())
+    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set())
 
 
 @pytest.fixture
@@ -42,9 +42,22 @@ def sized(monkeypatch):
 
 
 def test_what_leads_in_both_with_sizes_that_agree_leads(sized):
-    steps = [twice._leader(found) for found in (led_by(), led_by())]
-    assert [step.guise.name for step in steps] == ["end_stop"] * 2
-    assert twice._agree(*steps)
+    told = [(found, twice._leader(found)) for found in (led_by(), led_by())]
+    assert [step.guise.name for _, step in told] == ["end_stop"] * 2
+    assert twice._agree(*told)
+
+
+def test_sizes_are_those_of_the_last_polish_where_the_effect_was_chosen(monkeypatch):
+    """Stiction with 2719 at a first look, 13975 in the end: the first fit's time constant was another peak's."""
+    monkeypatch.setattr(twice, "misplacement", lambda *_: None)
+    monkeypatch.setattr(twice, "measured", lambda fit: fit)
+    monkeypatch.setattr(twice, "quantities", lambda fit, guise: (fit, guise))
+    found = led_by("dwell_time_stiction")
+    leader = twice._leader(found)
+    assert twice._sizes(found, leader) == (None, leader.guise)
+    found.selection.steps = [SimpleNamespace(guise=SimpleNamespace(name="dwell_time_stiction"))]
+    found.final = SimpleNamespace(problem=SimpleNamespace(guise=lambda name: f"polished {name}"))
+    assert twice._sizes(found, leader) == (found.final, "polished dwell_time_stiction")
 
 
 @pytest.mark.parametrize(
