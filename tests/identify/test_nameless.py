@@ -736,10 +736,12 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
     """A bumper of 650 N/m over the last centimetres is no spring along the travel; half the travel of it is."""
     unknowns = (Unknown("position", 0.01, 0.0, 0.5, origin=0.5), Unknown("stiffness", 1e4, 1e2, 1e6, log=True))
     guise = Guise(find("end_stop"), unknowns, np.array([[0.48, 1e3]]))
-    problem = SimpleNamespace(slot=lambda _: slice(0, 2), scales=SimpleNamespace(travel=1.0),
+    axis = SimpleNamespace(is_rotary=False)
+    problem = SimpleNamespace(slot=lambda _: slice(0, 2), scales=SimpleNamespace(travel=1.0), axis=axis,
                               bounds=(np.full(2, -60.0), np.full(2, 60.0)))  # fmt: skip
 
-    def refused(position, stiffness, unseen, steady=-500.0):
+    def refused(position, stiffness, unseen, steady=-500.0, rotary=False):
+        axis.is_rotary = rotary
         x = np.array([unknowns[0].scaled(position), unknowns[1].scaled(stiffness)])
         evidence = Comparison(-900.0, 6.0, steady, 0.5, unseen, 400.0, 6.0)
         return refusal(SimpleNamespace(problem=problem, x=x, dry_level=10.0), guise, evidence, 5.0)
@@ -749,6 +751,8 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
     assert refused(0.4, 650.0, 0.3, steady=-700.0) is None
     assert "no stop is that soft" in refused(0.0, 650.0, 0.05)
     assert refused(0.0, 5e4, 0.3) is None
+    assert refused(0.0, 650.0, 0.05, rotary=True) is None, "the catalogue's stiffness is in N/m"
+    assert "no stop is that soft" in refused(0.0, 650.0, 0.3, rotary=True)
 
 
 def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
