@@ -34,7 +34,12 @@ def recorded(folder, **spec):
 @pytest.fixture(scope="module")
 def quiet(tmp_path_factory):
     """A machine with nothing hidden: axis, samples, baseline problem and a plausible point."""
-    _, axis, recordings = recorded(tmp_path_factory.mktemp("quiet"), seed=5001, excitation="multisine", duration=12.0)
+    return plausible(tmp_path_factory.mktemp("quiet"), seed=5001, excitation="multisine", duration=12.0)
+
+
+def plausible(folder, **spec):
+    """Axis, samples, baseline problem and a plausible point of a case of the independent simulator."""
+    _, axis, recordings = recorded(folder, **spec)
     samples = prepare(recordings[0], axis)
     problem = ExtendedProblem(samples, axis)
     x = np.zeros(problem.size)
@@ -119,13 +124,9 @@ REMEMBERS = [
 @pytest.mark.parametrize(("name", "values", "worse"), REMEMBERS, ids=[name for name, *_ in REMEMBERS])
 def test_a_free_run_that_goes_on_remembers_what_was_under_way(quiet, tmp_path, name, values, worse):
     """Where a perfect model is restarted every second, only the noise of its restarts is left."""
-    axis, samples, problem, x = quiet
+    _, samples, problem, x = quiet
     if name == "dwell_time_stiction":  # a motion that rests for longer than a free run
-        _, axis, recordings = recorded(tmp_path, seed=5003, excitation="loop_trapezoid", duration=20.0)
-        samples = prepare(recordings[0], axis)
-        problem = ExtendedProblem(samples, axis)
-        x = np.zeros(problem.size)
-        x[:4] = 0.4, 0.5, -1.5, 0.4
+        _, samples, problem, x = plausible(tmp_path, seed=5003, excitation="loop_trapezoid", duration=20.0)
     guise = next(guise for guise in ways(problem, x) if guise.name == name)
     more = problem.including((guise,)).marched(40)
     y = np.zeros(more.size)
