@@ -93,7 +93,8 @@ def _load(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
 def _defect(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         away = (b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j]
-        bump = p[j] * exp_neg(0.5 * away * away)
+        square, flat = away * away, p[4 * LANES + j]
+        bump = p[j] * exp_neg(0.5 * square * (1.0 + flat * (square * square * square - 1.0)))
         b[LEVEL + j] += bump
         b[FORCE + j] += bump * p[3 * LANES + j]
 
@@ -194,8 +195,9 @@ def _free_load(guise: Guise, s: Setting) -> Guise:
 
 
 def _free_defect(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
-    """A bump that may also push: the same in both directions."""
-    bent = _bent(guise, _defect, (Unknown("one_way", 1.0, -3.0, 3.0),), {})
+    """A bump that may be flat with steep flanks, from exp(-u/2) to exp(-u^4/2), or push: the same both ways."""
+    shapes = (Unknown("one_way", 1.0, -3.0, 3.0), Unknown("flatness", 0.1, 0.0, 1.0))
+    bent = _bent(guise, _defect, shapes, {})
     return dataclasses.replace(bent, allows=_no_defect)
 
 
