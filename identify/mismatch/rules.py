@@ -35,6 +35,7 @@ SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is n
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
+HARDLY = 0.85  # of the one-second error on unseen data: what leaves more improves only what is predicted for less
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
@@ -295,6 +296,8 @@ def best_of(steps: list[Step]) -> Step | None:
     best = min(accepted, key=lambda step: cost(step.fit))
     left = best.evidence.unseen
     for step in steps:
+        if _of_other_data(step, best):
+            continue
         stranger = step.refused == NO_NAME
         likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not outdone(step, best)
         foretells = stranger and step.evidence.unseen < left and _cost_of_all(step) < _cost_of_all(best) - TIED_BIC
@@ -306,6 +309,13 @@ def best_of(steps: list[Step]) -> Step | None:
         if refused and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
+
+
+def _of_other_data(odd: Step, best: Step) -> bool:
+    """Whether what is refused explains something else than a name: nothing of a second that the name foretells."""
+    told, ours = odd.evidence, best.evidence
+    better = ours.unseen < DISTINCT and 0.0 <= told.foreseen < ours.foreseen
+    return odd.refused not in (None, NO_NAME) and told.unseen > HARDLY and better
 
 
 def outdone(stranger: Step, best: Step) -> bool:
