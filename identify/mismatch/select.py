@@ -58,6 +58,7 @@ TWICE = 2.0  # times the evidence of any name: physics in no catalogue that two 
 SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
+PLACES = {"end_stop", "rail_defect"}  # act in one place, and nowhere else: there is no shape of them elsewhere
 EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (
     frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
@@ -181,17 +182,20 @@ def _around(first: Selection, search: Search) -> Selection:
 
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
     may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
-    is needed, or is so much likelier than any name, is the answer.
+    is needed, or is so much likelier than any name, is the answer, unless a name predicts as well and is likelier.
     """
-    strangers = [step.evidence for step in first.opening if step.refused == NO_NAME]
+    rivals = [step.evidence for step in first.opening if step.refused is None and _proven(step.evidence)]
+    ours = min((told.bic for told in rivals), default=0.0)
+    strangers = [s.evidence for s in first.opening if s.refused == NO_NAME and s.evidence.bic < ours]
     most = min((step.evidence.bic for step in first.opening if step.guise.depends is None), default=0.0)
-    if any(foretold(told) and (told.unseen < PROVEN or told.bic < TWICE * most) for told in strangers):
+    if any(_proven(told) or (foretold(told) and told.bic < TWICE * most) for told in strangers):
         return first
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
     fair: dict[str, Step] = {}
     for step in sorted((step for step in first.opening if _hopeful(step)), key=lambda step: cost(step.fit)):
         fair.setdefault(step.guise.name, step)
-    for step in list(fair.values())[:DETOURS]:
+    named = [step for step in fair.values() if step.refused is None][:1]
+    for step in [*named, *(step for step in fair.values() if step not in named)][:DETOURS]:
         begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
@@ -202,8 +206,15 @@ def _around(first: Selection, search: Search) -> Selection:
     return first
 
 
+def _proven(told: Comparison) -> bool:
+    """Whether unseen data are foretold so well that nothing else is needed."""
+    return foretold(told) and told.unseen < PROVEN
+
+
 def _hopeful(step: Step) -> bool:
     """Whether a step has a name, or might have one beside another: unseen data, sample by sample, speak for it."""
+    if step.guise.depends is not None:
+        return False
     return step.refused is None or (not step.misplaced and agreed(step.evidence) and step.evidence.foreseen > FORESEEN)
 
 
@@ -235,7 +246,8 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             continue  # what is left looks different from a fit so much better
         selection.rivals.append(steps)
         selection.opening = selection.opening or steps
-        if best is None or (selection.steps and not _enough(best.evidence, LESSER * so_far)):
+        enough = LESSER * _of_shapes(selection.steps, price(selection.baseline) - price(current), _local(current))
+        if best is None or (selection.steps and not _enough(best.evidence, enough)):
             break
         selection.steps.append(best)
         selection.chosen = best.fit
@@ -335,7 +347,7 @@ def _reconsider(selection: Selection, search: Search) -> None:
         taken = {other.guise.name for other in others}
         rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
         so_far = _of_shapes(others, price(selection.baseline) - price(rest))
-        needed = max(-BIC, LESSER * so_far)
+        needed = max(-BIC, LESSER * _of_shapes(others, price(selection.baseline) - price(rest), _local(rest)))
         steps = [s for s in tried if s.refused is None and _enough(s.evidence, needed)]
         evidence = compare(rest, selection.chosen, search.unseen)
         index = selection.steps.index(step)
@@ -352,10 +364,20 @@ def _reconsider(selection: Selection, search: Search) -> None:
         selection.rivals[index] = [*tried, *(s for s in selection.rivals[index] if s.guise not in seen)]
 
 
-def _of_shapes(steps: list[Step], so_far: float) -> float:
-    """The part of the evidence `so_far` of `steps` that may be for how their shapes differ from the catalogue's."""
-    exact = -sum(step.evidence.bic for step in steps if step.guise.name in EXACT)
-    return max(so_far - exact, 0.0)
+def _of_shapes(steps: list[Step], so_far: float, local: Collection[str] = ()) -> float:
+    """The part of the evidence `so_far` of `steps` that may be for how their shapes differ from the catalogue's.
+
+    Not that of effects that are `local`: what would mend those is refused for where its evidence comes from.
+    """
+    known = [step for step in steps if step.guise.name in EXACT or step.guise.name in local]
+    return max(so_far + sum(step.evidence.bic for step in known), 0.0)
+
+
+def _local(fitted: Fit) -> set[str]:
+    """Effects of a model that act in one place, where the axis seldom is."""
+    places = [guise for guise in fitted.problem.guises if guise.name in PLACES]
+    found = {guise.name: acting(fitted.problem, fitted.x, guise) for guise in places}
+    return {name for name, near in found.items() if near is not None and near.mean() <= FEW}
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:
