@@ -57,6 +57,7 @@ SLOWEST = 1e-3  # of the usual speed or load: below it, a power of it is as if i
 NEARLY = 0.5  # from 1, at most: another exponent of what goes with the load
 EXPONENTS = 0.6  # from the catalogue's power of the speed: what falls or grows otherwise is another effect
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
+FLAT, STRETCH = 0.1, 0.15  # of a defect: flatter and longer, of the travel, it is a stretch of another guide
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
@@ -194,18 +195,20 @@ def _free_load(guise: Guise, s: Setting) -> Guise:
     return _bent(guise, _load, (Unknown("bend", 0.5, -NEARLY, NEARLY),), {"per_force": 1.0 / s.peak})
 
 
-def _free_defect(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+def _free_defect(guise: Guise, s: Setting) -> Guise:
     """A bump that may be flat with steep flanks, from exp(-u/2) to exp(-u^4/2), or push: the same both ways."""
     shapes = (Unknown("one_way", 1.0, -3.0, 3.0), Unknown("flatness", 0.1, 0.0, 1.0))
-    bent = _bent(guise, _defect, shapes, {})
+    bent = _bent(guise, _defect, shapes, {"per_travel": 1.0 / s.travel})
     return dataclasses.replace(bent, allows=_no_defect)
 
 
 def _no_defect(values: dict[str, float]) -> str | None:
-    """Why a place that acts in one direction more than in the other is no defect of the guide, or None."""
+    """Why a place that acts in one direction more than in the other, or alike over a stretch, is no defect, or None."""
     share = values["one_way"]
-    said = f"{0.5 + 0.5 * share:.0%} of it towards larger positions, the rest the other way"
-    return said if abs(share) > ONE_WAY else None
+    if abs(share) > ONE_WAY:
+        return f"{0.5 + 0.5 * share:.0%} of it towards larger positions, the rest the other way"
+    stretch = 2.0 * values["width"] * values["per_travel"]
+    return f"the same over {stretch:.0%} of the travel" if values["flatness"] > FLAT and stretch > STRETCH else None
 
 
 def _free_spring(guise: Guise, s: Setting) -> Guise:
