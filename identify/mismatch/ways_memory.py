@@ -37,7 +37,7 @@ def bristles(e: Effect, s: Setting) -> list[Guise]:
         Unknown("bristle_stiffness", unit, soft, hard, log=True),
         Unknown("bristle_damping", damping, 1e-3 * damping, 1e2 * damping, log=True, spread=1.5),
     )
-    ways = [share * unit for share in (0.2, 0.6, 2.0, 6.0, 30.0)]
+    ways = [share * unit for share in (0.02, 0.06, 0.2, 0.6, 2.0, 6.0, 30.0)]
     rows = [(k, 0.6 * math.sqrt(k * s.mass)) for k in ways if soft < k < hard]
     return [Guise(e, unknowns, np.array(rows), stiff=True)] if rows else []
 
