@@ -64,6 +64,7 @@ LOUD = 0.03  # of the dry friction: latent force beside which nothing stands tha
 # but where fitted and unseen data are far likelier without the best blocks of either
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
+SLIGHT = 0.1  # of the dry friction: force of a name that friction which wanders imitates, where one looks twice for it
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
@@ -122,6 +123,11 @@ class Conclusion:
     def remains(self) -> Remains:
         """What is left without a name."""
         return Remains(self.axis, self.evidence, self.selection, self.bare, self.progress)
+
+    @property
+    def slight(self) -> bool:
+        """Whether a name is no larger than what friction that wanders shows in some part of any recording."""
+        return any(step.acting < SLIGHT * self.bare.dry_level for step in self.selection.steps)
 
     @property
     def blind(self) -> bool:

@@ -111,7 +111,8 @@ def conclude(
         return first
     if first.verdict is Verdict.EXPLAINED:
         other = None if first.selection.steps or not first.torn else judged_by(Judges.PART)
-        if isinstance(other, Conclusion) and other.verdict is Verdict.EXPLAINED and other.selection.steps:
+        named = isinstance(other, Conclusion) and other.verdict is Verdict.EXPLAINED and other.selection.steps
+        if named and not other.slight:
             return other  # a constant force is no reason why recordings disagree
         return first
     several = first.evidence.kind == "recording"
@@ -124,6 +125,7 @@ def conclude(
         isinstance(more, Diagnosis)
         or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED)
         or (more.verdict is Verdict.EXPLAINED and first.denies({step.guise.name for step in more.selection.steps}))
+        or (more is not first and more.slight)
     ):
         found = first
     else:

@@ -19,7 +19,7 @@ from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed
 from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, refusal
 from identify.mismatch.score import extend, leads
-from identify.mismatch.wandering import wanders
+from identify.mismatch.wandering import OTHERS, wanders
 from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import Samples
@@ -86,6 +86,7 @@ def explore(
     steps.sort(key=lambda step: price(step.fit))
     steps = _in_whole_turns(current, steps, unseen)
     steps = sorted(_with_own_curves(current, steps, unseen), key=lambda step: price(step.fit))
+    steps = [_alike(step, steps[:number]) for number, step in enumerate(steps)]
     likely = [step for step in steps if step.evidence.bic < BIC]
     fresh = next((step for step in steps if step.refused is None), None)
     if not likely:
@@ -94,6 +95,13 @@ def explore(
         current, [step.fit for step in {id(step): step for step in (likely[0], fresh or likely[0])}.values()]
     )
     return poorer, steps if poorer is current else [_judged(poorer, step, unseen) for step in steps]
+
+
+def _alike(step: Step, likelier: list[Step]) -> Step:
+    """The step, refused where a likelier way of the same effect is no event of its own."""
+    reasons = [other.refused or "" for other in likelier if other.guise.name == step.guise.name]
+    wandering = next((reason for reason in reasons if reason.startswith(OTHERS)), None)
+    return step if wandering is None else replace(step, refused=step.refused or wandering)
 
 
 def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> Iterator[Step]:

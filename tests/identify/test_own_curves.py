@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import explore, probes, select
+from identify.mismatch import diagnosis, explore, probes, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import diagnose
@@ -16,6 +16,7 @@ from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of
 from identify.mismatch.select import Selection
+from identify.mismatch.wandering import OTHERS
 from identify.mismatch.ways import TAILORED, guises
 from identify.mismatch.written import BENT
 from identify.observer import gain_table
@@ -83,6 +84,9 @@ def test_a_curve_that_does_not_bend_is_the_effects_own(guise, tmp_path):
         ("rail_defect", {"one_way": 0.2}, True),
         ("rail_defect", {"one_way": 1.0}, False),
         ("rail_defect", {"one_way": -1.0}, False),
+        ("rail_defect", {"flatness": 0.8, "width": 0.03}, True),
+        ("rail_defect", {"flatness": 0.8, "width": 0.3}, False),
+        ("rail_defect", {"flatness": 0.0, "width": 0.3}, True),
         ("position_spring", {"stiffness": 50.0, "lopsided": 1.0, "progressive": 3.0}, True),
         ("position_spring", {"stiffness": -50.0, "lopsided": 1.0, "progressive": -3.0}, True),
         ("position_spring", {"stiffness": 50.0, "lopsided": 8.0, "progressive": 0.0}, False),
@@ -91,7 +95,8 @@ def test_a_curve_that_does_not_bend_is_the_effects_own(guise, tmp_path):
 )
 def test_what_a_curve_bends_to_decides(name, shape, allowed):
     freed = next(guise for guise in hosts() if guise.name == name).freed
-    values = {"lopsided": 0.0, "progressive": 0.0, "per_half": 5.0} | shape
+    still = {"lopsided": 0.0, "progressive": 0.0, "per_half": 5.0}
+    values = {**still, "one_way": 0.0, "flatness": 0.0, "width": 0.03, "per_travel": 1.0} | shape
     assert (freed.allows(values) is None) is allowed
 
 
@@ -235,6 +240,47 @@ def test_a_name_that_made_the_one_it_was_found_beside_unnecessary_is_the_answer(
     opening = [step("frictional_lag", -3378.0, NO_NAME), step("torque_saturation", -2586.0)]
     answer = select._around(Selection(None, None, opening=opening), nothing())
     assert [one.guise.name for one in answer.steps] == ([found] if named else [])
+
+
+def test_an_event_is_none_where_its_likelier_way_finds_others_like_it():
+    """A healthy axis: friction stepped at 13 s, by 882 with its static part, but at others too; 740 without."""
+    wandering = step("step_change", -882.0, f"{OTHERS} (evidence 112 for one more)")
+    alone = step("step_change", -740.0)
+    assert explore._alike(alone, [wandering]).refused == wandering.refused
+    assert explore._alike(alone, [step("step_change", -882.0, "few")]) is alone
+    assert explore._alike(alone, [step("thermal_drift", -882.0, wandering.refused)]) is alone
+    assert explore._alike(alone, []) is alone
+
+
+@pytest.mark.parametrize(
+    ("judges", "acting", "named"), [("PART", 0.4, False), ("PART", 2.0, True), ("LAST", 0.4, True)]
+)
+def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypatch, judges, acting, named):
+    """A healthy axis on a chirp: no name, but one of 4 % of its dry friction where other parts of it judge."""
+    asked = []
+
+    def concluded(_, evidence, *__):
+        asked.append(evidence)
+        verdict = Verdict.EXPLAINED if evidence == judges else Verdict.UNEXPLAINED
+        steps = [replace(step("rail_defect", -2507.0), acting=acting)] if verdict is Verdict.EXPLAINED else []
+        bare = SimpleNamespace(dry_level=10.0)
+        made = SimpleNamespace(
+            verdict=verdict, selection=SimpleNamespace(steps=steps), bare=bare, torn=True, spelled=False,
+            happened=False, confirmed=False, hinted=False, denies=lambda _: False,
+            evidence=SimpleNamespace(kind="time"),
+        )  # fmt: skip
+        made.slight = Conclusion.slight.fget(made)
+        return made
+
+    stand_ins = {
+        "_selected": concluded, "_known_before": lambda found: found, "gather": lambda _, __, judges: judges.name,
+        "unusable": lambda *_: None, "prepare": lambda *_: None, "too_broken": lambda _: None,
+    }  # fmt: skip
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    found = diagnosis.conclude([SimpleNamespace(loop="open", hold=None)], None)
+    assert bool(found.selection.steps) is named
+    assert len(asked) == (2 if judges == "PART" else 1)
 
 
 def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(monkeypatch):
