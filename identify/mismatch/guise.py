@@ -31,6 +31,8 @@ SWINGS = 0.5  # damping ratio of a spring that still swings
 NO_FINDING = "less is no finding"  # end of the reason that a size is too small to be told
 OWN_CURVE = "its curve is another"  # beginning of the reason that a likely effect is not what it is called
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
+STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
+TRAVEL = 0.4  # m: of a rotary axis, all of it counts as so much
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +71,8 @@ class Setting:
 
     @property
     def metre(self) -> float:
-        """1 m on a linear axis; as many rad on a rotary one as make its travel 0.4 m. [position unit]."""
-        return self.travel / 0.4 if self.axis.is_rotary else 1.0
+        """1 m on a linear axis; as many rad on a rotary one as make its travel `TRAVEL`. [position unit]."""
+        return self.travel / TRAVEL if self.axis.is_rotary else 1.0
 
     @property
     def spring(self) -> float:

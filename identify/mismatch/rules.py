@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
-from identify.mismatch.guise import NO_FINDING, OWN_CURVE, Guise
+from identify.mismatch.guise import NO_FINDING, OWN_CURVE, STIFF, TRAVEL, Guise
 from identify.promoted import CONSTANT
 
 Bools = NDArray[np.bool_]
@@ -126,7 +126,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure or overwhelming(evidence)))
-    odd = own or _too_soft(fitted, guise, evidence) or _too_lasting(fitted, guise)
+    odd = own or _too_soft(fitted, guise, evidence) or _too_hard(fitted, guise) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
     return odd
@@ -154,6 +154,17 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     if value >= SOFTEST * stiffness.low or (at_end and sure) or (fitted.problem.axis.is_rotary and proven):
         return None
     return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
+
+
+def _too_hard(fitted: Fit, guise: Guise) -> str | None:
+    """Why bristles are none: friction slides before they have bent by what any contact does; or None."""
+    if guise.name != BRISTLES:
+        return None
+    stiffness = float(guise.unknowns[0].value(fitted.x[fitted.problem.slot(guise)][:1])[0])
+    metre = fitted.problem.scales.travel / TRAVEL if fitted.problem.axis.is_rotary else 1.0
+    bend = fitted.dry_level / stiffness
+    least = STIFF * metre
+    return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
 
 
 def _too_lasting(fitted: Fit, guise: Guise) -> str | None:

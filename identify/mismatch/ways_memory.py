@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.guise import STIFF, Guise, Setting, Unknown, grid
 from plant.effects.backlash import CONTACT_DAMPING_RATIO, CONTACT_RATE
 from plant.effects.effect import Effect, Parameter, Surroundings
 
@@ -25,7 +25,6 @@ NARROWEST, WIDEST = 3e-5, 9e-3  # m: starts between which every machine is asked
 WIDE = 0.1  # of the travel: gaps of large machines may be wider
 SLIP = 0.015  # of the recorded travel: so much of it may a contact take to break on a large machine
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
-STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
 
 
 def bristles(e: Effect, s: Setting) -> list[Guise]:

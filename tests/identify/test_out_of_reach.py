@@ -9,7 +9,9 @@ import pytest
 
 from identify.mismatch import diagnosis
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.guise import Unknown
 from identify.mismatch.progress import unheard
+from identify.mismatch.rules import _too_hard
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
 from plant.axis import Axis, Mechanics, Orientation
@@ -116,3 +118,18 @@ def test_a_name_that_stands_may_make_friction_known(monkeypatch, explains, after
     recording = SimpleNamespace(t=np.arange(3.0))
     told = diagnosis._selected([recording], None, None, doubtful=False, seed=0, progress=unheard)
     assert told == (found if answers else "friction is not known")
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "rotary", "named"), [(2e6, False, False), (5e5, False, True), (2e6, True, True), (1e8, True, False)]
+)
+def test_bristles_that_bend_less_than_any_contact_are_none(stiffness, rotary, named):
+    """A drive with 20 N of friction had bristles that bend by 9 um before they slide."""
+    unknown = Unknown("bristle_stiffness", 1e5, 1e2, 1e9, log=True)
+    guise = SimpleNamespace(name="presliding_hysteresis", unknowns=(unknown,))
+    scales, axis = SimpleNamespace(travel=8.0 if rotary else 0.5), SimpleNamespace(is_rotary=rotary)
+    problem = SimpleNamespace(slot=lambda _: slice(0, 1), scales=scales, axis=axis)
+    dry_level = 1000.0 if rotary else 20.0
+    fitted = SimpleNamespace(problem=problem, x=np.array([unknown.scaled(stiffness)]), dry_level=dry_level)
+    assert (_too_hard(fitted, guise) is None) is named
+    assert _too_hard(fitted, SimpleNamespace(name="backlash")) is None
