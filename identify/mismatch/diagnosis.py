@@ -125,7 +125,7 @@ def conclude(
         isinstance(more, Diagnosis)
         or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED)
         or (more.verdict is Verdict.EXPLAINED and first.denies({step.guise.name for step in more.selection.steps}))
-        or (more is not first and more.slight)
+        or (more.verdict is Verdict.EXPLAINED and more is not first and more.slight)
     ):
         found = first
     else:
