@@ -111,8 +111,12 @@ def conclude(
         return first
     if first.verdict is Verdict.EXPLAINED:
         other = None if first.selection.steps or not first.torn else judged_by(Judges.PART)
-        named = isinstance(other, Conclusion) and other.verdict is Verdict.EXPLAINED and other.selection.steps
-        if named and not other.slight:
+        if (
+            isinstance(other, Conclusion)
+            and other.verdict is Verdict.EXPLAINED
+            and other.selection.steps
+            and not other.slight
+        ):
             return other  # a constant force is no reason why recordings disagree
         return first
     several = first.evidence.kind == "recording"
