@@ -64,7 +64,7 @@ LOUD = 0.03  # of the dry friction: latent force beside which nothing stands tha
 # but where fitted and unseen data are far likelier without the best blocks of either
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
 # of it for an event in time, which may come on top of anything, and for how the shape of a proven name differs
-SLIGHT = 0.1  # of the dry friction: force of a name that friction which wanders imitates, where one looks twice for it
+SLIGHT = 0.05  # of the dry friction: force of a name that friction which wanders imitates, where one looks twice for it
 LITTLE = 0.5  # of a proven name's force, where it acts: a nameless shape of less is another matter
 WORTH = 0.85  # of the baseline's one-second error on unseen data: names that leave more of it gain too little to be
 # worth the risk of being wrong
