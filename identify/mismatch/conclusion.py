@@ -29,6 +29,7 @@ from identify.mismatch.rules import (
     CLEARLY,
     CONVINCING,
     FORESEEN,
+    HARDLY,
     HELD_OUT,
     LATE,
     LESSER,
@@ -52,7 +53,7 @@ from identify.mismatch.rules import (
     price,
     strong,
 )
-from identify.mismatch.select import APART, Selection, without
+from identify.mismatch.select import Selection, without
 from plant.axis import Axis
 from plant.recording import Recording
 
@@ -474,7 +475,7 @@ class Conclusion:
     def _told_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little."""
         told = self._told(effect)
-        return told.unseen <= APART or foretold(told)
+        return told.unseen <= HARDLY or foretold(told)
 
     def _seen_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.

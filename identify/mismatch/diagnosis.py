@@ -123,17 +123,7 @@ def conclude(
     hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
     parts = hinted or (first.torn and (first.spelled or not first.happened))
     more = judged_by(Judges.PART) if parts else first
-    told = first.spelled or first.confirmed
-    no_more = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
-    if (
-        isinstance(more, Diagnosis)
-        or (more.verdict in no_more and first.verdict is Verdict.UNEXPLAINED)
-        or (more.verdict is Verdict.EXPLAINED and first.denies({step.guise.name for step in more.selection.steps}))
-        or (more.verdict is Verdict.EXPLAINED and more is not first and more.slight)
-    ):
-        found = first
-    else:
-        found = more
+    found = more if isinstance(more, Conclusion) and _tells(more, first) else first
     explained = found.verdict is Verdict.EXPLAINED
     if explained and not (several and [step.guise.name for step in found.selection.steps] == [STEP]):
         return found
@@ -150,6 +140,15 @@ def conclude(
         return turned
     twice = None if explained else told_twice(first, turned)
     return twice or happened_once(first) or happened_once(turned) or found
+
+
+def _tells(parts: Conclusion, whole: Conclusion) -> bool:
+    """Whether what `parts` of a recording say is the answer, and not what `whole` ones said without a name."""
+    if parts.verdict is Verdict.EXPLAINED:
+        return not (parts.slight or whole.denies({step.guise.name for step in parts.selection.steps}))
+    told = whole.spelled or whole.confirmed
+    less = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
+    return not (parts.verdict in less and whole.verdict is Verdict.UNEXPLAINED)
 
 
 def _selected(

@@ -35,6 +35,11 @@ STIFF = 2e-5  # m: bristles that bend no further than this before they slide can
 TRAVEL = 0.4  # m: of a rotary axis, all of it counts as so much
 
 
+def metre(axis: Axis, travel: float) -> float:
+    """1 m on a linear axis; as many rad on a rotary one as make its `travel` [rad] `TRAVEL`. [position unit]."""
+    return travel / TRAVEL if axis.is_rotary else 1.0
+
+
 @dataclass(frozen=True, slots=True)
 class Setting:
     """What starting points depend on.
@@ -71,8 +76,8 @@ class Setting:
 
     @property
     def metre(self) -> float:
-        """1 m on a linear axis; as many rad on a rotary one as make its travel `TRAVEL`. [position unit]."""
-        return self.travel / TRAVEL if self.axis.is_rotary else 1.0
+        """See `metre`. [position unit]."""
+        return metre(self.axis, self.travel)
 
     @property
     def spring(self) -> float:

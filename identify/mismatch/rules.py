@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
-from identify.mismatch.guise import NO_FINDING, OWN_CURVE, STIFF, TRAVEL, Guise
+from identify.mismatch.guise import NO_FINDING, OWN_CURVE, STIFF, Guise, metre
 from identify.promoted import CONSTANT
 
 Bools = NDArray[np.bool_]
@@ -35,7 +35,7 @@ SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is n
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
-HARDLY = 0.85  # of the one-second error on unseen data: what leaves more improves only what is predicted for less
+HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
@@ -161,9 +161,8 @@ def _too_hard(fitted: Fit, guise: Guise) -> str | None:
     if guise.name != BRISTLES:
         return None
     stiffness = float(guise.unknowns[0].value(fitted.x[fitted.problem.slot(guise)][:1])[0])
-    metre = fitted.problem.scales.travel / TRAVEL if fitted.problem.axis.is_rotary else 1.0
     bend = fitted.dry_level / stiffness
-    least = STIFF * metre
+    least = STIFF * metre(fitted.problem.axis, fitted.problem.scales.travel)
     return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
 
 

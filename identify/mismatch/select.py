@@ -19,6 +19,7 @@ from identify.mismatch.rules import (
     BIC_STRONG,
     CLEAN,
     FORESEEN,
+    HARDLY,
     LATE,
     LESSER,
     NO_NAME,
@@ -48,7 +49,6 @@ MOST_EFFECTS = 3
 CLOSE = 0.6  # of the first name's evidence: what has as much may be the first name once the others are in
 MINOR = 0.5  # of the evidence so far: what has more is no matter of how the first effect's curve bends
 KIN = 0.2  # of the evidence so far: a twin of what is named needs as much; less is how imperfectly that shape is known
-APART = 0.85  # of the one-second error on unseen data: a twin that leaves more of it may be the same effect again
 CERTAIN, BETTER = 4.0, 0.7  # z, and share of the errors of free runs: what has little evidence but this is not the same
 FEW = 0.4  # of the samples: an effect that acts in more does not act in few places
 MENDS = 0.7  # of the evidence from where a named effect acts: no second one, but how imperfectly the first is known
@@ -97,6 +97,10 @@ class Selection:
     rivals: list[list[Step]] = field(default_factory=list)
     opening: list[Step] = field(default_factory=list)
     others: list[Selection] = field(default_factory=list)
+
+    def explained(self, model: Fit) -> float:
+        """Evidence of a model against nothing but friction. [1]"""
+        return price(self.baseline) - price(model)
 
     @property
     def aside(self) -> set[str]:
@@ -227,7 +231,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
-        needed = LESSER * _of_shapes(selection.steps, price(selection.baseline) - price(before))
+        needed = LESSER * _of_shapes(selection.steps, selection.explained(before))
         if len(selection.steps) == 1:
             needed = max(needed, least)
         current, steps = search.explore(before, search.names - taken, needed=needed)
@@ -237,7 +241,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         if aside is not None:
             selection.chosen = aside.fit
             continue
-        so_far = _of_shapes(selection.steps, price(selection.baseline) - price(current))
+        so_far = _of_shapes(selection.steps, selection.explained(current))
         near = functools.cache(functools.partial(acting, current.problem, current.x))
         bends = functools.cache(functools.partial(bend, current))
         steps = [_of_its_own(step, current, near, bends, taken, so_far) for step in steps]
@@ -246,7 +250,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             continue  # what is left looks different from a fit so much better
         selection.rivals.append(steps)
         selection.opening = selection.opening or steps
-        enough = LESSER * _of_shapes(selection.steps, price(selection.baseline) - price(current), _local(current))
+        enough = LESSER * _of_shapes(selection.steps, selection.explained(current), _local(current))
         if best is None or (selection.steps and not _enough(best.evidence, enough)):
             break
         selection.steps.append(best)
@@ -272,7 +276,7 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
-    enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= APART
+    enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= HARDLY
     faint = not enough or not (step.evidence.z >= Z or told_elsewhere(step.evidence))
     bent = [name for name in sorted(taken) if -step.evidence.bic < MINOR * so_far and bends(name) > -step.evidence.bic]
     if not local and not (kin and faint) and not (little and step.guise.stiff) and not bent:
@@ -346,8 +350,8 @@ def _reconsider(selection: Selection, search: Search) -> None:
         others = [other for other in selection.steps if other is not step]
         taken = {other.guise.name for other in others}
         rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
-        so_far = _of_shapes(others, price(selection.baseline) - price(rest))
-        needed = max(-BIC, LESSER * _of_shapes(others, price(selection.baseline) - price(rest), _local(rest)))
+        so_far = _of_shapes(others, selection.explained(rest))
+        needed = max(-BIC, LESSER * _of_shapes(others, selection.explained(rest), _local(rest)))
         steps = [s for s in tried if s.refused is None and _enough(s.evidence, needed)]
         evidence = compare(rest, selection.chosen, search.unseen)
         index = selection.steps.index(step)
