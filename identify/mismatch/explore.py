@@ -16,8 +16,8 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
-from identify.mismatch.rugged import climbed
-from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, refusal
+from identify.mismatch.rugged import climbed, moved
+from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, proven, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import OTHERS, wanders
 from identify.observer import gain_table
@@ -132,7 +132,7 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
 
 def _full(look: Look) -> Fit:
     """A full fit from where a first look ended."""
-    found = fit(look.problem, look.x[None])
+    found = moved(fit(look.problem, look.x[None]), look.guise)
     return climbed(found, look.guise) if look.guise.rugged else found
 
 
@@ -303,8 +303,13 @@ def weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
     """What the richer model's `guise` is worth on top of `current`."""
     force, acting = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
-    refused = refusal(richer, guise, evidence, acting) or wanders(richer, guise.name, all_told(evidence))
-    return Step(richer, guise, evidence, force, refused, acting)
+    return Step(richer, guise, evidence, force, _refusal(richer, guise, evidence, acting), acting)
+
+
+def _refusal(fitted: Fit, guise: Guise, evidence: Comparison, acting: float) -> str | None:
+    """Why the effect does not earn its name, or is no event of its own; or None."""
+    refused = refusal(fitted, guise, evidence, acting)
+    return refused or wanders(fitted, guise.name, all_told(evidence), proven=proven(evidence))
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:
@@ -330,8 +335,7 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
     if step.fit.problem.p <= poorer.problem.p:
         return step
     evidence = compare(poorer, step.fit, unseen)
-    refused = refusal(step.fit, step.guise, evidence, step.acting)
-    return replace(step, evidence=evidence, refused=refused or wanders(step.fit, step.guise.name, all_told(evidence)))
+    return replace(step, evidence=evidence, refused=_refusal(step.fit, step.guise, evidence, step.acting))
 
 
 def _first_look(

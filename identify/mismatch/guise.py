@@ -182,6 +182,15 @@ class Guise:
                 given[parameter.name] = np.full(len(z), parameter.default)
         return np.stack([given[parameter.name] for parameter in self.effect.parameters])
 
+    def value(self, z: Floats, parameter: str) -> float:
+        """Physical value of an unknown `parameter` of z (q,)."""
+        unknown = self.unknown(parameter)
+        return float(unknown.value(z[self.unknowns.index(unknown)]))
+
+    def unknown(self, parameter: str) -> Unknown:
+        """The unknown of this `parameter`."""
+        return next(unknown for unknown in self.unknowns if unknown.parameter == parameter)
+
     def tells(self, parameter: str) -> bool:
         """Whether results hold a parameter; a nuisance may end anywhere."""
         return next(p.reported for p in self.effect.parameters if p.name == parameter)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown
 from plant.effects.effect import Effect, Parameter
+from plant.effects.end_stop import NO_TRAVEL, stop_depth
 from plant.kernels.cosine import cos_turns
 from plant.kernels.exponential import exp_neg, power
 from plant.kernels.laws import (
@@ -58,6 +59,7 @@ NEARLY = 0.5  # from 1, at most: another exponent of what goes with the load
 EXPONENTS = 0.6  # from the catalogue's power of the speed: what falls or grows otherwise is another effect
 ONE_WAY = 0.5  # of a defect's force: what pushes more than it rubs is none
 FLAT, STRETCH = 0.1, 0.15  # of a defect: flatter and longer, of the travel, it is a stretch of another guide
+SOFTENS, STEEPENS = 0.5, 2.0  # from 1, at most: other powers of a stop's depth; less hardly grows and is a weight
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
@@ -98,6 +100,17 @@ def _defect(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG
         bump = p[j] * exp_neg(0.5 * square * (1.0 + flat * (square * square * square - 1.0)))
         b[LEVEL + j] += bump
         b[FORCE + j] += bump * p[3 * LANES + j]
+
+
+@law(TO_STEP)
+def _stop(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        side = p[5 * LANES + j]  # the effect itself puts it last
+        depth = stop_depth(side * (b[MIDDLE + j] - p[j]), side * h * b[SPEED + j])
+        deepest = max(side * (p[4 * LANES + j] - p[j]), NO_TRAVEL)
+        steeper = power(max(depth / deepest, SLOWEST), p[3 * LANES + j])
+        damped = max(1.0 + p[2 * LANES + j] * side * b[SPEED + j], 0.0)
+        b[FORCE + j] += p[LANES + j] * side * depth * steeper * damped
 
 
 @law(TO_STEP)
@@ -211,6 +224,12 @@ def _no_defect(values: dict[str, float]) -> str | None:
     return f"the same over {stretch:.0%} of the travel" if values["flatness"] > FLAT and stretch > STRETCH else None
 
 
+def _free_stop(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """A stop whose force grows with another power of the depth than 1, with so much at its deepest: Hertz' is 1.5."""
+    known = {"deepest": guise.unknown("position").origin}  # the end of the recorded travel
+    return _bent(guise, _stop, (Unknown("bend", 0.5, -SOFTENS, STEEPENS),), known)
+
+
 def _free_spring(guise: Guise, s: Setting) -> Guise:
     """A spring that is progressive, or softer at one end; straight parts are left to the stiffness."""
     shapes = tuple(Unknown(name, 0.1 * s.force, -BIG * s.force, BIG * s.force) for name in ("lopsided", "progressive"))
@@ -271,6 +290,7 @@ FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "viscous_asymmetry": _free_sides,
     "load_dependent_friction": _free_load,
     "rail_defect": _free_defect,
+    "end_stop": _free_stop,
     "position_spring": _free_spring,
     "position_dependent_friction": _free_slope,
     "transmission_compliance": _free_belt,

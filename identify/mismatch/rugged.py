@@ -1,8 +1,9 @@
-"""A likelihood with many peaks, where sides meet and part: a population climbs it, a slope only ends on the next peak.
+"""A likelihood with many peaks: a population climbs it, or a scan of one place; a slope only ends on the next peak.
 
-Each moment at which a gap closes may come before or after a sample; as the gap's width passes, the likelihood rises and
-falls. The cross-entropy method (Rubinstein & Kroese 2004) draws candidates from a normal distribution, keeps the best,
-and fits the distribution to them; it needs values, no slopes, and a block of the simulator gives many at once.
+Sides meet and part: each moment at which a gap closes may come before or after a sample; as the gap's width passes,
+the likelihood rises and falls. The cross-entropy method (Rubinstein & Kroese 2004) draws candidates from a normal
+distribution, keeps the best, and fits the distribution to them; it needs values, no slopes, and a block of the
+simulator gives many at once.
 """
 
 from __future__ import annotations
@@ -22,7 +23,28 @@ FORGETS = 0.7  # of the distribution, in a generation
 NARROWER = 0.6  # of the standard deviations, each time the search is begun again
 CLIMBS = 3  # at most
 WORTH = 25.0  # of the loss: a climb that gains less is the last
+ALONG = 64  # places that are scanned
 JITTER = 1e-14  # of a scaled unknown's variance: what never varies needs a covariance too
+
+
+def moved(found: Fit, guise: Guise) -> Fit:
+    """The fit, or a likelier one of the same model whose effect `guise` is elsewhere along its coordinate.
+
+    Beside a gap, each contact between here and there is a peak of its own.
+    """
+    place = guise.place()
+    if place is None or guise.wave is not None:
+        return found
+    problem, index = found.problem, found.problem.slot(guise).start + place
+    low, high = (bound[index] for bound in problem.bounds)
+    x = np.repeat(found.x[None], ALONG, axis=0)
+    x[:, index] = np.linspace(low, high, ALONG + 2)[1:-1]
+    with np.errstate(all="ignore"):
+        loss = np.nan_to_num(problem.losses(x, found.found.gain), nan=np.inf)
+    if loss.min() >= found.found.criterion:
+        return found
+    other = fit(problem, x[[int(np.argmin(loss))]])
+    return other if other.found.criterion < found.found.criterion else found
 
 
 def climbed(found: Fit, guise: Guise) -> Fit:

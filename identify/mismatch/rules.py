@@ -20,7 +20,7 @@ Bools = NDArray[np.bool_]
 BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
-SOFTEST = 10.0  # times the lower bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
+SOFTEST = 1e-3  # of the upper bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
 ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 TINIEST = 0.002  # of it, where the effect leaves hardly any error on unseen data, and they are likelier by it
@@ -119,7 +119,7 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
 
 def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
     """Why a likely effect is too small or too strange to be what it is called, or None."""
-    sure = foretold(evidence) and evidence.unseen < PROVEN
+    sure = proven(evidence)
     least = (TINIEST if sure else SMALLEST) * fitted.dry_level
     if force < least:
         return f"its force of {force:.2g} is below {least:.2g}"
@@ -145,22 +145,21 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     if guise.name != "end_stop":
         return None
     x = fitted.x[fitted.problem.slot(guise)]
-    position, stiffness = guise.unknowns[:2]
-    value = float(stiffness.value(x[1:2])[0])
-    depth = abs(float(position.value(x[:1])[0]) - position.origin)
+    stiffness, least = guise.value(x, "stiffness"), SOFTEST * guise.unknown("stiffness").high
+    depth = abs(guise.value(x, "position") - guise.unknown("position").origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
-    proven = evidence.unseen < PROVEN
-    sure = proven or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
-    if value >= SOFTEST * stiffness.low or (at_end and sure) or (fitted.problem.axis.is_rotary and proven):
+    solved = evidence.unseen < PROVEN
+    sure = solved or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
+    if stiffness >= least or (at_end and sure) or (fitted.problem.axis.is_rotary and solved):
         return None
-    return f"its size of {value:.3g} is below {SOFTEST * stiffness.low:.3g}: no stop is that soft"
+    return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"
 
 
 def _too_hard(fitted: Fit, guise: Guise) -> str | None:
     """Why bristles are none: friction slides before they have bent by what any contact does; or None."""
     if guise.name != BRISTLES:
         return None
-    stiffness = float(guise.unknowns[0].value(fitted.x[fitted.problem.slot(guise)][:1])[0])
+    stiffness = guise.value(fitted.x[fitted.problem.slot(guise)], "bristle_stiffness")
     bend = fitted.dry_level / stiffness
     least = STIFF * metre(fitted.problem.axis, fitted.problem.scales.travel)
     return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
@@ -231,6 +230,11 @@ def told_elsewhere(evidence: Comparison) -> bool:
 def foretold(evidence: Comparison) -> bool:
     """True where unseen data, sample by sample, are clearly likelier, and agree on it."""
     return evidence.foreseen > FORESEEN and evidence.foreseen_z > FORESEEN_Z
+
+
+def proven(evidence: Comparison) -> bool:
+    """True where unseen data are foretold, and so well that nothing else is needed."""
+    return foretold(evidence) and evidence.unseen < PROVEN
 
 
 def strong(step: Step) -> bool:
@@ -363,7 +367,8 @@ def other_curve(steps: list[Step]) -> Step | None:
     bent = next((step for step in found if step.evidence.bic < BIC_STRONG and agreed(step.evidence)), None)
     if bent is None or bent.evidence.foreseen < 0.0:
         return None
-    likely = [step for step in steps if step is not bent and (step.refused is None or step.misplaced)]
+    others = [step for step in steps if step is not bent and not step.small]
+    likely = [step for step in others if step.refused is None or step.misplaced]
     return bent if cost(bent.fit) < min((cost(step.fit) for step in likely), default=np.inf) else None
 
 

@@ -36,6 +36,7 @@ from identify.mismatch.rules import (
     foretold,
     other_curve,
     price,
+    proven,
     refusal,
     told_elsewhere,
 )
@@ -69,6 +70,7 @@ FAMILIES = (
     frozenset({"torque_saturation", "load_dependent_friction", "quadratic_drag"}),
     frozenset({"actuator_lag", "dead_time", "transmission_compliance"}),
     frozenset({"presliding_hysteresis", "backlash", "dwell_time_stiction"}),
+    frozenset({"backlash", "actuator_lag", "dead_time"}),
     frozenset({"thermal_drift", "step_change"}),
 )
 TWINS = {
@@ -188,11 +190,11 @@ def _around(first: Selection, search: Search) -> Selection:
     may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
     is needed, or is so much likelier than any name, is the answer, unless a name predicts as well and is likelier.
     """
-    rivals = [step.evidence for step in first.opening if step.refused is None and _proven(step.evidence)]
+    rivals = [step.evidence for step in first.opening if step.refused is None and proven(step.evidence)]
     ours = min((told.bic for told in rivals), default=0.0)
     strangers = [s.evidence for s in first.opening if s.refused == NO_NAME and s.evidence.bic < ours]
     most = min((step.evidence.bic for step in first.opening if step.guise.depends is None), default=0.0)
-    if any(_proven(told) or (foretold(told) and told.bic < TWICE * most) for told in strangers):
+    if any(proven(told) or (foretold(told) and told.bic < TWICE * most) for told in strangers):
         return first
     likeliest = min((cost(step.fit) for step in first.opening), default=0.0)
     fair: dict[str, Step] = {}
@@ -208,11 +210,6 @@ def _around(first: Selection, search: Search) -> Selection:
         if other and fits and cost(found.chosen) < likeliest - TIED_BIC:
             return found
     return first
-
-
-def _proven(told: Comparison) -> bool:
-    """Whether unseen data are foretold so well that nothing else is needed."""
-    return foretold(told) and told.unseen < PROVEN
 
 
 def _hopeful(step: Step) -> bool:
@@ -306,7 +303,8 @@ def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
     """Whether the step's evidence comes from where an effect acts, `near` (n,), if that is in few places."""
     if near is None or near.mean() > FEW:
         return step.evidence.z < Z and not told_elsewhere(step.evidence)
-    if step.evidence.z < Z_STRONG and not (foretold(step.evidence) and step.evidence.steady < BIC_STRONG):
+    told = step.evidence
+    if told.z < Z_STRONG and not (foretold(told) and told.steady < BIC_STRONG) and not told_elsewhere(told):
         return True
     gained = step.fit.terms() - before.terms()
     return float(gained[near].sum()) > MENDS * float(gained.sum())
@@ -386,7 +384,7 @@ def _local(fitted: Fit) -> set[str]:
 
 def _enough(evidence: Comparison, needed: float) -> bool:
     """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it."""
-    return -evidence.bic >= needed or (evidence.unseen < PROVEN and foretold(evidence))
+    return -evidence.bic >= needed or proven(evidence)
 
 
 def _try_twins(selection: Selection, search: Search) -> None:

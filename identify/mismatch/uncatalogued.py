@@ -19,6 +19,7 @@ from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
 from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
+from plant.axis import Orientation
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import TWO_PI, cos_turns
 from plant.kernels.exponential import exp_neg
@@ -33,6 +34,7 @@ from plant.kernels.laws import (
     INVERSE_STRIBECK,
     LANES,
     LEVEL,
+    MASS,
     MIDDLE,
     RISE,
     SPEED,
@@ -53,6 +55,7 @@ WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
+LIGHTEST = 0.1  # of the moving mass, at least, is left where a load one way is negative
 SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
 REVERSED, SEEN = 2e-5, 4.0  # of the travel, and of what the sensor resolves: so far back is a reversal
 ENDLESS = 1e9  # m or s
@@ -174,6 +177,44 @@ FADING_TORQUE = Effect(
     laws=(_fade,),
     order=10,
     source="magnets lose torque as they warm up",
+)
+
+
+@law(TO_DRIVE)
+def _by_sign(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[DRIVE + j] += p[j] * abs(b[DRIVE + j])
+
+
+UNEVEN_GAIN = Effect(
+    name="uneven_gain",
+    parameters=(Parameter("imbalance", "1", (-0.3, 0.3), (-1.0, 1.0), absent=0.0, about="e"),),
+    laws=(_by_sign,),
+    order=20,
+    source="half-bridges or current sensors that differ: F_d (1 + e sgn F_d)",
+)
+
+
+@law(TO_STEP)
+def _load_one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        empty = x[j] if x[j] == x[j] else b[MASS + j]
+        carried = p[j] if p[LANES + j] * b[SPEED + j] > 0.0 else 0.0
+        x[j] = empty
+        b[MASS + j] = max(empty + carried, LIGHTEST * empty)
+        b[FORCE + j] += p[2 * LANES + j] * carried
+
+
+ONE_WAY_LOAD = Effect(
+    name="one_way_load",
+    parameters=(
+        Parameter("mass", "kg", (-1e4, 1e4), absent=0.0, about="Δm"),
+        Parameter("direction", "1", (-1.0, 1.0), reported=False, about="+1 while the position grows"),
+        Parameter("gravity", "m/s^2", (0.0, 9.81), reported=False, about="that acts on it along the axis"),
+    ),
+    laws=(_load_one_way,),
+    initial=(math.nan,),
+    source="a payload that is carried one way: picked at one end, set down at the other",
 )
 
 
@@ -365,6 +406,8 @@ EFFECTS = (
     CABLE,
     LEVEL_RIPPLE,
     FADING_TORQUE,
+    UNEVEN_GAIN,
+    ONE_WAY_LOAD,
     SLEW_LIMIT,
     ONE_WAY_PULL,
     SWINGING_LOAD,
@@ -406,6 +449,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
         dataclasses.replace(ripple, depends="position"),
         _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
+        _tried(UNEVEN_GAIN, (Unknown("imbalance", 0.1, -0.5, 0.5),), [0.05], depends="torque"),
         _tried(SLEW_LIMIT, (rate,), [s.force / time for time in SLOW], depends="torque_rate"),
     ]
     every += [
@@ -414,6 +458,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _remembers(s),
         *_afresh(s, force),
         *_pulls(s, stiff),
+        *_loads(s),
         *_swings(s),
         *placed(s),
     ]
@@ -480,6 +525,15 @@ def _pulls(s: Setting, stiff: float) -> list[Guise]:
         one_way = _tried(ONE_WAY_PULL, (slope, begin), [0.1 * stiff], begins, depends="position")
         found.append(dataclasses.replace(one_way, fixed=(("direction", way), ("side", side))))
     return found
+
+
+def _loads(s: Setting) -> list[Guise]:
+    """A payload that is carried in either direction only."""
+    mechanics = s.axis.mechanics
+    gravity = mechanics.g if mechanics.orientation is Orientation.VERTICAL else 0.0
+    mass = Unknown("mass", 0.1 * s.mass, -0.6 * s.mass, 2.0 * s.mass)
+    tried = _tried(ONE_WAY_LOAD, (mass,), [0.05 * s.mass], depends="acceleration")
+    return [dataclasses.replace(tried, fixed=(("direction", way), ("gravity", gravity))) for way in SIDES]
 
 
 def _swings(s: Setting) -> list[Guise]:

@@ -19,13 +19,16 @@ LEAST = 0.035  # of the dry friction: friction wanders by 1 to 3 %, and a step o
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 
 
-def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
+def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | None:
     """Why a change in time is no event of its own, or None.
+
+    What leaves hardly any error of unseen data happens in them at the same moment: no friction wanders twice alike.
 
     Args:
         fitted: the model with the change.
         name: of the effect; those that do not happen in time never wander.
         evidence: of fitted and of unseen data for the change, > 0. [1]
+        proven: whether unseen data foretell it, and leave hardly any error.
     """
     if name not in ONCE:
         return None
@@ -41,6 +44,8 @@ def wanders(fitted: Fit, name: str, evidence: float) -> str | None:
         if not EDGE * (last - first) < moment - first < (1.0 - EDGE) * (last - first):
             return f"friction steps at {moment:.3g} s, where the fitted data begin or end"
         moments = moments[np.abs(moments - moment) > NEAR * (last - first)]
+    if proven:
+        return None
     seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
     most = max(gain_of_one(view, one) for one in seen.T)
     if most < max(MORE * evidence, CHANCE):
@@ -56,6 +61,4 @@ def moment_of(fitted: Fit) -> float:
 def _value(fitted: Fit, parameter: str) -> float:
     """A parameter of the model's `step_change`. [its unit]"""
     guise = next(guise for guise in fitted.problem.guises if guise.name == STEP)
-    index = next(k for k, unknown in enumerate(guise.unknowns) if unknown.parameter == parameter)
-    start = fitted.problem.slot(guise).start
-    return float(guise.unknowns[index].value(fitted.x[start + index, None])[0])
+    return guise.value(fitted.x[fitted.problem.slot(guise)], parameter)

@@ -36,6 +36,8 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "cable_hysteresis": "a soft friction beside the sliding one (a cable chain, a seal)",
     "level_ripple": "dry friction that rises and falls along the travel",
     "fading_torque": "a torque constant that changes as the motor warms up",
+    "uneven_gain": "a torque constant that is another for positive than for negative torque (an amplifier, a sensor)",
+    "one_way_load": "a mass that moves along in one direction only (a payload that is carried one way)",
     "slew_limit": "a drive whose force changes no faster than so much (a ramp, too little voltage)",
     "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
     "swinging_load": "a part of the mass that swings or sways (a hanging load, a liquid, the frame)",

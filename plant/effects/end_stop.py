@@ -8,9 +8,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 from plant.effects.effect import Effect, Floats, Parameter
 from plant.kernels.laws import FORCE, LANES, MIDDLE, SPEED, TO_STEP, Rows, law
+from plant.kernels.step import FASTMATH
 
 if TYPE_CHECKING:
     from plant.machine import Machine
@@ -18,15 +20,19 @@ if TYPE_CHECKING:
 NO_TRAVEL = 1e-12  # m
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def stop_depth(depth: float, travel: float) -> float:
+    """Mean depth in a stop over a sub-step of so much `travel`, `depth` at its middle; it is met inside. [m]."""
+    first, last = max(depth - 0.5 * travel, 0.0), max(depth + 0.5 * travel, 0.0)
+    return (last + first) * (last - first) / (2.0 * travel) if abs(travel) > NO_TRAVEL else max(depth, 0.0)
+
+
 @law(TO_STEP)
 def _force(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         side = p[3 * LANES + j]
-        depth, travel = side * (b[MIDDLE + j] - p[j]), side * h * b[SPEED + j]
-        first, last = max(depth - 0.5 * travel, 0.0), max(depth + 0.5 * travel, 0.0)
-        # Mean depth over the sub-step: the stop is met somewhere inside it.
-        mean = (last + first) * (last - first) / (2.0 * travel) if abs(travel) > NO_TRAVEL else max(depth, 0.0)
-        b[FORCE + j] += p[LANES + j] * side * mean * max(1.0 + p[2 * LANES + j] * side * b[SPEED + j], 0.0)
+        depth = stop_depth(side * (b[MIDDLE + j] - p[j]), side * h * b[SPEED + j])
+        b[FORCE + j] += p[LANES + j] * side * depth * max(1.0 + p[2 * LANES + j] * side * b[SPEED + j], 0.0)
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:

@@ -26,6 +26,7 @@ def driven(
     resists: Resistance,
     seconds: float = 20.0,
     delivers: Callable[[float, float], float] = lambda told, _: told,
+    carries: Callable[[float], float] = lambda _: 0.0,
 ) -> Recording:
     """Moves between random places, torque held for 10 ms.
 
@@ -34,6 +35,7 @@ def driven(
         resists: friction level against the motion and force against growing positions [N], at time, place and speed.
         seconds: of motion.
         delivers: force of the drive [N] for what it is told, and at what place, asked at every step.
+        carries: mass that moves along at that speed. [kg]
     """
     rng = np.random.default_rng(seed)
     goals = np.repeat(rng.uniform(0.0, 0.4, round(3 * seconds)), 60)
@@ -50,7 +52,7 @@ def driven(
         if v == 0.0 and abs(net) <= level:
             continue
         way = np.sign(v) if v else np.sign(net)
-        faster = v + STEP * (net - way * level) / MASS
+        faster = v + STEP * (net - way * level) / (MASS + carries(v))
         v = 0.0 if faster * way < 0.0 else faster
         y += STEP * v
     t, force, y = np.array(rows).T

@@ -296,13 +296,30 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     elsewhere, there = np.where(near, 0.0, 1.0), np.where(near, 1.0, 0.05)
     assert second(elsewhere) is None
     assert second(elsewhere, z=2.6) is None  # uneven, but not where the stop acts
+    assert "end_stop differs" in second(elsewhere, z=2.3, steady=-50.0)  # uneven, and unseen data know nothing of it
+    assert second(elsewhere, z=2.3, steady=-50.0, unseen=0.11, foreseen=354.0, foreseen_z=5.2) is None  # a warming
     assert "end_stop differs" in second(there)
+    assert "end_stop differs" in second(there, z=2.3, steady=-50.0, unseen=0.11, foreseen=354.0, foreseen_z=5.2)
     assert "end_stop differs" in second(elsewhere, name="torque_ripple")  # its twin
     assert second(elsewhere, name="torque_ripple", unseen=0.04) is None
     assert "end_stop differs" in second(elsewhere, name="transmission_compliance", stiff=True)
     assert second(elsewhere, bend=299.0) is None
     assert "end_stop differs" in second(elsewhere, bend=301.0)  # the first one's own curve would take as much
     assert second(elsewhere, bend=9000.0, bic=-6000.0) is None  # more than half of all: no matter of a curve
+
+
+def test_a_little_delay_beside_a_gap_is_how_its_sides_meet():
+    """A gap of 1.7 mm with 7431 had a dead time of 1.6 ms with 1102 beside it, at 4 ms."""
+    before = Grown(np.zeros(1000), "backlash")
+
+    def late(evidence, unseen, foreseen_z=7.2):
+        told = Comparison(-evidence, 3.5, -751.0, 1.08, unseen, 6515.0, foreseen_z)
+        step = Step(Grown(np.ones(1000)), SimpleNamespace(name="dead_time", stiff=False), told, 1.0, None)
+        return _of_its_own(step, before, lambda _: None, lambda _: 0.0, {"backlash"}, 7431.0).refused
+
+    assert "backlash differs" in late(1102.0, 0.69)
+    assert late(1102.0, 0.4) is None
+    assert late(3000.0, 0.69) is None
 
 
 def setting_of(axis, **other):

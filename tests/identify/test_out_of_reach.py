@@ -8,18 +8,24 @@ import numpy as np
 import pytest
 
 from identify.mismatch import diagnosis
+from identify.mismatch.baseline import fit_baseline
+from identify.mismatch.compare import Fit
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.guise import Unknown
+from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
+from identify.mismatch.rugged import moved
 from identify.mismatch.rules import _too_hard
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
+from identify.polish import polish_all
+from identify.preprocess import prepare
 from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import read_axis
 from plant.effects import find
 from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
 from tests.blind.plan import ATTEMPTS, draw_spec
+from tests.identify.small_machine import AXIS, MASS, driven, dry
 from tests.identify.test_uncatalogued import setting
 from tests.reference.cases import UndrawableError, draw_case, write_case
 
@@ -126,10 +132,28 @@ def test_a_name_that_stands_may_make_friction_known(monkeypatch, explains, after
 def test_bristles_that_bend_less_than_any_contact_are_none(stiffness, rotary, named):
     """A drive with 20 N of friction had bristles that bend by 9 um before they slide."""
     unknown = Unknown("bristle_stiffness", 1e5, 1e2, 1e9, log=True)
-    guise = SimpleNamespace(name="presliding_hysteresis", unknowns=(unknown,))
+    guise = Guise(find("presliding_hysteresis"), (unknown,), np.array([[1e5]]))
     scales, axis = SimpleNamespace(travel=8.0 if rotary else 0.5), SimpleNamespace(is_rotary=rotary)
     problem = SimpleNamespace(slot=lambda _: slice(0, 1), scales=scales, axis=axis)
     dry_level = 1000.0 if rotary else 20.0
     fitted = SimpleNamespace(problem=problem, x=np.array([unknown.scaled(stiffness)]), dry_level=dry_level)
     assert (_too_hard(fitted, guise) is None) is named
     assert _too_hard(fitted, SimpleNamespace(name="backlash")) is None
+
+
+def test_an_effect_is_moved_to_where_it_is_likelier():
+    """Beside a gap, a step at 6.8 s with 1030 stayed at 8.0 s with 487: each contact between them is a peak."""
+    samples = prepare(driven(1, lambda t, y, v: (dry(v, 20.0 - 6.0 * (t > 6.0)), 0.0)), AXIS)
+    sizes = dict(lowest=0.0, highest=0.4, duration=20.0, mass=MASS)
+    step, _ = guises({"step_change": find("step_change")}, setting(AXIS, **sizes))
+    bare = fit_baseline(samples, AXIS, 0)
+    problem = bare.problem.including((step,))
+    x = np.concatenate([bare.x[: problem.base], np.zeros(step.size), bare.x[problem.base :]])
+    moment = problem.slot(step).start + step.place()
+    x[moment] = step.unknown("time").scaled(15.0)
+    ends = polish_all(problem, x[None], bare.found.gain, pinned=moment)
+    stuck = Fit(problem, replace(bare.found, x=ends.x[0], criterion=float(ends.loss[0])))
+    found = moved(stuck, step)
+    assert step.value(found.x[problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
+    assert found.found.criterion < stuck.found.criterion - 100.0
+    assert moved(found, step) is found

@@ -27,6 +27,7 @@ from plant.effects.effect import Surroundings
 from plant.machine import Plan
 from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
+from tests.identify.small_machine import AXIS, driven, dry
 from tests.identify.test_uncatalogued import setting
 from tests.reference.cases import CaseSpec, draw_case, write_case
 from tests.reference.parameters import SHAPES
@@ -57,6 +58,8 @@ def test_a_curve_that_does_not_bend_is_the_effects_own(guise, tmp_path):
     axis, recordings = read(write_case(case, tmp_path))
     bare = ExtendedProblem(prepare(recordings[0], axis), axis)
     start = guise.scaled_starts()[:1]
+    if guise.name == "end_stop":  # where the axis goes
+        start[0, 0] = guise.unknown("position").scaled(float(np.quantile(bare.samples.position, 0.8)))
     bent = replace(guise.freed, effect=replace(guise.freed.effect, rate=guise.effect.rate))  # in the same sub-steps
     plain, freed = bare.including((guise,)), bare.including((bent,))
     x, y = np.zeros((1, plain.size)), np.zeros((1, freed.size))
@@ -139,6 +142,16 @@ def test_a_progressive_spring_a_second_harmonic_and_a_plateau_keep_their_names(t
     assert [effect.name for effect in found.effects] == [name]
     assert not {"lopsided", "progressive", "second_cosine", "flatness"} & set(found.effects[0].parameters)
     assert BENT.format(name) in found.preprocessing
+
+
+def test_a_bumper_that_grows_steeply_is_found_where_it_begins():
+    """It began 14 mm further out, known to 2 mm."""
+    rubber = lambda t, y, v: (dry(v), 2e6 * max(y - 0.34, 0.0) ** 3)  # noqa: E731
+    found = diagnose([driven(seed, rubber) for seed in (1, 2)], AXIS)
+    assert [effect.name for effect in found.effects] == ["end_stop"]
+    assert found.effects[0].parameters["position"].value == pytest.approx(0.34, abs=0.002)
+    low, high = found.effects[0].parameters["stiffness"].ci95
+    assert 2e6 * 0.02**2 < low < high < 2e6 * 0.06**2  # what pushes at the deepest over how deep that is
 
 
 def test_bounds_of_a_shape_are_not_those_of_the_effect():

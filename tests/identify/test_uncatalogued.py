@@ -197,6 +197,24 @@ def test_a_pole_that_lost_its_magnetism_is_found_with_its_sector():
     assert "one sector of each turn of the motor" in found.explanation
 
 
+def test_an_amplifier_that_gives_more_one_way_is_no_friction_that_differs():
+    """While the axis slides evenly, both are the same."""
+    uneven = lambda told, _: told * (1.0 + 0.08 * np.sign(told))  # noqa: E731
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=uneven) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "torque"
+    assert "another for positive than for negative torque" in found.explanation
+
+
+def test_a_payload_that_is_carried_one_way_is_no_wrong_mass():
+    """It was a wrong mass with friction that grows along the travel."""
+    one_way = lambda v: 3.0 if v > 0.0 else 0.0  # noqa: E731
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), carries=one_way) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "acceleration"
+    assert "in one direction only" in found.explanation
+
+
 def test_a_fan_that_brakes_one_way_is_no_viscous_friction():
     """Viscous friction that differs with the direction left 2 % of the error; the square of the speed leaves less."""
     found = diagnose([driven(seed, lambda t, y, v: (dry(v) + 40.0 * v * v * (v > 0.0), 0.0)) for seed in (1, 2)], AXIS)
