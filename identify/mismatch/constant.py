@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, fit
-from identify.mismatch.guise import Guise
+from identify.mismatch.guise import NO_FINDING, Guise
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import FoundEffect
 from identify.mismatch.rules import (
@@ -66,7 +66,8 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
         return None
     value, half = known
     found = {guise.name: _read(fitted, guise, value) for guise in ways if _constant(guise) and guise.name not in taken}
-    found = {name: reading for name, reading in found.items() if not beyond(reading) and _sensible(reading, name)}
+    odd = {name: _oddity(reading, name) for name, reading in found.items() if not beyond(reading)}
+    found = {name: found[name] for name, why in odd.items() if why is None or why.endswith(NO_FINDING)}
     if not found:
         return None
     cost = {name: price(found[name]) for name in READINGS if name in found}
@@ -74,7 +75,7 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     own = price(_held(fitted, _at_most(fitted))) - price(fitted)
     close = least + max(TIED_BIC, KNOWN * (so_far + own))
     likely = [name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far)]
-    first = next((name for name in likely if _sure(found[name], name)), None)
+    first = next((name for name in likely if odd[name] is None and _sure(found[name], name)), None)
     if first is None:
         return None
     names = (first, *(name for name in cost if name != first and cost[name] < close))
@@ -102,10 +103,10 @@ def _known(fitted: Fit) -> tuple[float, float] | None:
     return (value, half) if half <= OFFSET_KNOWN * abs(value) else None
 
 
-def _sensible(reading: Fit, name: str) -> bool:
-    """Whether the size of what the constant force is read as can be one."""
+def _oddity(reading: Fit, name: str) -> str | None:
+    """Why the size of what the constant force is read as is none, or no finding, if it may well be true; or None."""
     guise = reading.problem.guise(name)
-    return guise.oddity(reading.x[reading.problem.slot(guise)]) is None
+    return guise.oddity(reading.x[reading.problem.slot(guise)])
 
 
 def _sure(reading: Fit, name: str) -> bool:

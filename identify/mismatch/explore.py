@@ -279,12 +279,18 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
         if freed is not None and step.evidence.bic < min(BIC, TESTED * most) and step.guise in step.fit.problem.guises:
             problem = current.problem.including((*current.problem.guises, freed))
             bent = weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
-            told = bent.evidence.bic < step.evidence.bic + BIC and bent.evidence.foreseen > step.evidence.foreseen
+            told = bent.evidence.bic < step.evidence.bic + BIC and _truer(bent, step)
             known = bool(bent.denied) or not bent_to_edge(bent.fit, freed)
             found.append(bent if told and known else step)
         else:
             found.append(step)
     return found
+
+
+def _truer(bent: Step, step: Step) -> bool:
+    """Whether unseen data prefer a curve that is bent: sample by sample, or over a second where it keeps its name."""
+    truer = bent.evidence.foreseen > step.evidence.foreseen
+    return truer or (not bent.denied and bent.evidence.unseen < step.evidence.unseen)
 
 
 def _carried(fitted: Fit, problem: ExtendedProblem) -> Floats:

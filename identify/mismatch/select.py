@@ -184,7 +184,8 @@ def _other_openings(first: Selection) -> list[Selection]:
 def _around(first: Selection, search: Search) -> Selection:
     """Two names that together are likelier than what kept every single one from being given; or `first`.
 
-    Or one that was found beside another, which it then made unnecessary: it was not seen by itself.
+    Or one that was found beside another, which it then made unnecessary: it was not seen by itself. Or one beside what
+    is no effect: how friction falls with speed.
 
     What is refused for being odd may be two effects that the search took for one; what is refused for what it predicts
     may predict well beside another. Physics that is in no catalogue, and predicts unseen data so well that nothing else
@@ -206,7 +207,7 @@ def _around(first: Selection, search: Search) -> Selection:
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
         fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
-        other = len(found.steps) > 1 or kept.guise.name != step.guise.name
+        other = len(found.steps) > 1 or kept.guise.name != step.guise.name or bool(found.aside)
         if other and fits and cost(found.chosen) < likeliest - TIED_BIC:
             return found
     return first
