@@ -46,7 +46,7 @@ def alternatives_of(found: Conclusion, effects: tuple[FoundEffect, ...]) -> tupl
 
 def _constants(found: Conclusion, chosen: tuple[str, ...], rival: Step) -> tuple[str, ...]:
     """`chosen` with the constant force that the model of a `rival` beside all other names needs, or without."""
-    named = {one.guise.name for one in found.selection.steps}
+    named = found.said
     lacks_some = len(rival.fit.names) < len(found.selection.chosen.names)
     if lacks_some or beyond(rival.fit) == (len(chosen) > len(named)):
         return chosen

@@ -126,6 +126,11 @@ class Conclusion:
         return Remains(self.axis, self.evidence, self.selection, self.bare, self.progress)
 
     @property
+    def said(self) -> set[str]:
+        """Names of the chosen effects."""
+        return {step.guise.name for step in self.selection.steps}
+
+    @property
     def slight(self) -> bool:
         """Whether a name is no larger than what friction that wanders shows in some part of any recording."""
         return any(step.acting < SLIGHT * self.bare.dry_level for step in self.selection.steps)
@@ -305,7 +310,7 @@ class Conclusion:
         much better; and where it was fitted `first`, nothing else may be so much more evident, nor they be too small or
         too strange for their names.
         """
-        names = {step.guise.name for step in self.selection.steps}
+        names = self.said
         if self.verdict is not Verdict.EXPLAINED or not names or names <= first.outgrown:
             return False
         told = self._gained
@@ -334,7 +339,7 @@ class Conclusion:
     @cached_property
     def outgrown(self) -> set[str]:
         """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""
-        names = {step.guise.name for step in self.selection.steps}
+        names = self.said
         if not names:
             return names
         strangers = [one for one in self.remains.beside_names if one.like]

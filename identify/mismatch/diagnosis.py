@@ -123,29 +123,31 @@ def conclude(
     hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
     parts = hinted or (first.torn and (first.spelled or not first.happened))
     more = judged_by(Judges.PART) if parts else first
-    found = more if isinstance(more, Conclusion) and _tells(more, first) else first
-    explained = found.verdict is Verdict.EXPLAINED
-    if explained and not (several and [step.guise.name for step in found.selection.steps] == [STEP]):
-        return found
+    found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     if not several or first.recognised:
         return found
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):
         return found
-    if not explained:
-        again = turned if turned.holds_beside(first) else carried(first, turned)
-        if again is not None:
-            return again
+    twice = told_twice(first, turned)
+    if found.verdict is Verdict.EXPLAINED:
+        whole = twice or carried(first, turned)
+        if whole is not None and whole.said == found.said:
+            return whole  # the same, with all of the last recording held out
+        once = happened_once(first) or happened_once(turned) if found.said == {STEP} else None
+        return once or found
+    again = turned if turned.holds_beside(first) else carried(first, turned)
+    if again is not None:
+        return again
     if found.verdict is Verdict.NO_MISMATCH and first.confirms(turned):
         return turned
-    twice = None if explained else told_twice(first, turned)
     return twice or happened_once(first) or happened_once(turned) or found
 
 
 def _tells(parts: Conclusion, whole: Conclusion) -> bool:
     """Whether what `parts` of a recording say is the answer, and not what `whole` ones said without a name."""
     if parts.verdict is Verdict.EXPLAINED:
-        return not (parts.slight or whole.denies({step.guise.name for step in parts.selection.steps}))
+        return not (parts.slight or whole.denies(parts.said))
     told = whole.spelled or whole.confirmed
     less = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
     return not (parts.verdict in less and whole.verdict is Verdict.UNEXPLAINED)

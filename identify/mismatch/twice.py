@@ -86,6 +86,6 @@ def _agree(*told: tuple[Conclusion, Step]) -> bool:
 
 def _sizes(found: Conclusion, step: Step) -> dict[str, Quantity]:
     """What a step measures, as the conclusion's last polish has it where the effect was chosen."""
-    if step.guise.name not in {one.guise.name for one in found.selection.steps}:
+    if step.guise.name not in found.said:
         return quantities(measured(step.fit), step.guise)
     return quantities(measured(found.final), found.final.problem.guise(step.guise.name))

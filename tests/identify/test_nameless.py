@@ -841,7 +841,7 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
     steps = [SimpleNamespace(guise=SimpleNamespace(name="end_stop"))]
     turned = SimpleNamespace(
         verdict=Verdict.EXPLAINED, selection=SimpleNamespace(steps=steps), final=None,
-        _gained=dataclasses.replace(told, **gained), error_left=share, _evidence=300.0,
+        _gained=dataclasses.replace(told, **gained), error_left=share, _evidence=300.0, said={"end_stop"},
     )  # fmt: skip
     opening = [
         SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-evidence), misplaced=False)
@@ -864,6 +864,7 @@ def test_a_limit_that_the_other_recordings_did_not_reach_has_no_evidence_there(m
     told = Comparison(-16261.0, 19.5, -14054.0, 0.22, 0.79, 5752.0, 10.2, again=4703.0, lacking=lacking)
     turned = SimpleNamespace(
         verdict=Verdict.EXPLAINED, final=None, _gained=told, error_left=0.77, _evidence=16261.0,
+        said={"torque_saturation"},
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=SimpleNamespace(name="torque_saturation"))]),
     )  # fmt: skip
     beside = SimpleNamespace(guise=SimpleNamespace(name="step_change"), evidence=SimpleNamespace(bic=-most))

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import diagnosis, explore, probes, select
+from identify.mismatch import constant, diagnosis, explore, probes, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import OWN_CURVE
+from identify.mismatch.guise import NO_FINDING, OWN_CURVE
 from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of
@@ -154,6 +154,43 @@ def test_a_bumper_that_grows_steeply_is_found_where_it_begins():
     assert 2e6 * 0.02**2 < low < high < 2e6 * 0.06**2  # what pushes at the deepest over how deep that is
 
 
+@pytest.mark.parametrize(
+    ("refused", "unseen", "foreseen", "bends"),
+    [
+        (None, 0.579, 3222.0, True),  # a bumper that grows steeply: less by 45 sample by sample, better over a second
+        (None, 0.6, 3222.0, False),
+        (f"{OWN_CURVE}: with the power 3 of it", 0.579, 3222.0, False),
+        (f"{OWN_CURVE}: with the power 3 of it", 0.6, 3300.0, True),
+    ],
+)
+def test_unseen_data_must_prefer_a_curve_that_is_bent(refused, unseen, foreseen, bends):
+    bent = step("end_stop", -6396.0, refused, unseen, foreseen)
+    assert explore._truer(bent, step("end_stop", -5697.0, None, 0.585, 3267.0)) is bends
+
+
+@pytest.mark.parametrize(("scale", "named"), [(-500.0, False), (100.0, True)])
+def test_a_constant_force_is_no_offset_where_a_scale_too_small_to_be_told_is_likelier(monkeypatch, scale, named):
+    """A torque constant wrong by 1.3 % weighs 1.3 % of the weight: the offset was named, with 609 less."""
+    prices = {"force_offset": 0.0, "torque_scale_error": scale}
+    ways = [SimpleNamespace(name=name, fixed=()) for name in prices]
+    small = f"its size of 0.013 is below 0.015: {NO_FINDING}"
+
+    def reading(_, guise, __):
+        problem = SimpleNamespace(guises=[guise], guise=lambda _: guise)
+        return SimpleNamespace(name=guise.name, problem=problem)
+
+    made = {
+        "price": lambda fit: prices.get(getattr(fit, "name", ""), 0.0), "_read": reading, "beyond": lambda _: False,
+        "_known": lambda _: (9.0, 1.0), "_held": lambda *_: None, "_at_most": lambda _: None, "measured": str,
+        "_oddity": lambda _, name: None if name == "force_offset" else small,
+        "quantities": lambda *_: {"force": Quantity(9.0, "N", (8.0, 10.0))},
+    }  # fmt: skip
+    for name, one in made.items():
+        monkeypatch.setattr(constant, name, one)
+    found = constant.constant_force(SimpleNamespace(problem=SimpleNamespace(guises=[])), ways, 1.0, 0.0)
+    assert (found is not None and found.effect.name == "force_offset") is named
+
+
 def test_bounds_of_a_shape_are_not_those_of_the_effect():
     for guise in hosts():
         freed = guise.freed
@@ -169,10 +206,21 @@ def test_bounds_of_a_shape_are_not_those_of_the_effect():
         assert at == [(False, False), (False, True), (True, False)]
 
 
+class Priced(float):
+    """A fit that is no more than its price and what it holds."""
+
+    names = ()
+
+    def holding(self, *names):
+        """The same with these names."""
+        self.names = names
+        return self
+
+
 def step(name, price, refused=None, unseen=0.5, foreseen=100.0):
     told = Comparison(price, 8.0, price, 0.5, unseen, foreseen, 5.0)
     guise = SimpleNamespace(name=name, depends="position" if refused == NO_NAME else None)
-    return Step(price, guise, told, 1.0, refused, 1.0)
+    return Step(Priced(price), guise, told, 1.0, refused, 1.0)
 
 
 @pytest.fixture
@@ -243,11 +291,19 @@ def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likel
         assert len(tried) == detours
 
 
-@pytest.mark.parametrize(("found", "named"), [("dwell_time_stiction", True), ("torque_saturation", False)])
-def test_a_name_that_made_the_one_it_was_found_beside_unnecessary_is_the_answer(priced, monkeypatch, found, named):
-    """Stiction after rests was not seen by itself; friction that sees the speed late was likelier than a limit."""
+@pytest.mark.parametrize(
+    ("found", "aside", "named"),
+    [
+        ("dwell_time_stiction", (), True),  # it was not seen by itself
+        ("torque_saturation", (), False),
+        ("torque_saturation", ("stribeck_exponent",), True),  # an asymmetry beside another exponent: a drag one way
+    ],
+)
+def test_a_name_that_alone_was_less_likely_than_a_stranger_is_the_answer(priced, monkeypatch, found, aside, named):
+    """Beside another name, which it makes unnecessary, or beside what is no effect."""
+    chosen = Priced(-5300.0).holding(found, *aside)
     monkeypatch.setattr(
-        select, "_forward", lambda begun, *_: replace(begun, steps=[step(found, -5300.0)], chosen=-5300.0)
+        select, "_forward", lambda begun, *_: replace(begun, steps=[step(found, -5300.0)], chosen=chosen)
     )
     monkeypatch.setattr(select, "refusal", lambda *_: None)
     opening = [step("frictional_lag", -3378.0, NO_NAME), step("torque_saturation", -2586.0)]
@@ -280,7 +336,7 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
         made = SimpleNamespace(
             verdict=verdict, selection=SimpleNamespace(steps=steps), bare=bare, torn=True, spelled=False,
             happened=False, confirmed=False, hinted=False, denies=lambda _: False,
-            evidence=SimpleNamespace(kind="time"),
+            evidence=SimpleNamespace(kind="time"), said={one.guise.name for one in steps},
         )  # fmt: skip
         made.slight = Conclusion.slight.fget(made)
         return made
@@ -294,6 +350,35 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
     found = diagnosis.conclude([SimpleNamespace(loop="open", hold=None)], None)
     assert bool(found.selection.steps) is named
     assert len(asked) == (2 if judges == "PART" else 1)
+
+
+@pytest.mark.parametrize("by", ["twice", "carried"])
+@pytest.mark.parametrize(("said", "whole"), [("viscous_asymmetry", True), ("coulomb_asymmetry", False), (None, False)])
+def test_what_parts_tell_is_told_with_a_whole_recording_held_out_where_that_says_the_same(monkeypatch, by, said, whole):
+    """A drive was fitted to 60 % of its last recording, too, though the first one told the name by itself."""
+    usual = {
+        "torn": True, "spelled": False, "happened": False, "confirmed": False, "hinted": False, "slight": False,
+        "recognised": False, "denies": lambda _: False,
+    }  # fmt: skip
+
+    def concluded(_, evidence, *__):
+        said, kind = ({"viscous_asymmetry"}, "time") if evidence == "PART" else (set(), "recording")
+        verdict = Verdict.EXPLAINED if said else Verdict.UNEXPLAINED
+        return SimpleNamespace(
+            verdict=verdict, said=said, evidence=SimpleNamespace(kind=kind), judges=evidence, **usual
+        )
+
+    told = None if said is None else SimpleNamespace(judges="LAST", said={said})
+    stand_ins = {
+        "_selected": concluded, "_known_before": lambda found: found, "gather": lambda _, __, judges: judges.name,
+        "unusable": lambda *_: None, "prepare": lambda *_: None, "too_broken": lambda _: None,
+        "told_twice": lambda *_: told if by == "twice" else None,
+        "carried": lambda *_: told if by == "carried" else None, "happened_once": lambda _: pytest.fail("no step"),
+    }  # fmt: skip
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    found = diagnosis.conclude([SimpleNamespace(loop="open", hold=None)] * 2, None)
+    assert found.judges == ("LAST" if whole else "PART")
 
 
 def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(monkeypatch):

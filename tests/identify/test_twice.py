@@ -27,7 +27,7 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **
             evidence=dataclasses.replace(told, bic=told.bic + behind),
         ),
     ]
-    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set())
+    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set(), said=set())
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def test_sizes_are_those_of_the_last_polish_where_the_effect_was_chosen(monkeypa
     found = led_by("dwell_time_stiction")
     leader = twice._leader(found)
     assert twice._sizes(found, leader) == (None, leader.guise)
-    found.selection.steps = [SimpleNamespace(guise=SimpleNamespace(name="dwell_time_stiction"))]
+    found.said = {"dwell_time_stiction"}
     found.final = SimpleNamespace(problem=SimpleNamespace(guise=lambda name: f"polished {name}"))
     assert twice._sizes(found, leader) == (found.final, "polished dwell_time_stiction")
 
@@ -113,6 +113,7 @@ class Told:
     explains: bool = True
     effects: tuple = ()
     outgrown: frozenset = frozenset()
+    said: frozenset = frozenset()
 
 
 def named_by_both(left, effects=(), **changed):
