@@ -124,23 +124,19 @@ def conclude(
     parts = hinted or (first.torn and (first.spelled or not first.happened))
     more = judged_by(Judges.PART) if parts else first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
-    if not several or first.recognised:
+    explained = found.verdict is Verdict.EXPLAINED
+    if not several or first.recognised or (explained and found.said != {STEP}):
         return found
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):
         return found
-    twice = told_twice(first, turned)
-    if found.verdict is Verdict.EXPLAINED:
-        whole = twice or carried(first, turned)
-        if whole is not None and whole.said == found.said:
-            return whole  # the same, with all of the last recording held out
-        once = happened_once(first) or happened_once(turned) if found.said == {STEP} else None
-        return once or found
-    again = turned if turned.holds_beside(first) else carried(first, turned)
-    if again is not None:
-        return again
+    if not explained:
+        again = turned if turned.holds_beside(first) else carried(first, turned)
+        if again is not None:
+            return again
     if found.verdict is Verdict.NO_MISMATCH and first.confirms(turned):
         return turned
+    twice = None if explained else told_twice(first, turned)
     return twice or happened_once(first) or happened_once(turned) or found
 
 

@@ -352,35 +352,6 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
     assert len(asked) == (2 if judges == "PART" else 1)
 
 
-@pytest.mark.parametrize("by", ["twice", "carried"])
-@pytest.mark.parametrize(("said", "whole"), [("viscous_asymmetry", True), ("coulomb_asymmetry", False), (None, False)])
-def test_what_parts_tell_is_told_with_a_whole_recording_held_out_where_that_says_the_same(monkeypatch, by, said, whole):
-    """A drive was fitted to 60 % of its last recording, too, though the first one told the name by itself."""
-    usual = {
-        "torn": True, "spelled": False, "happened": False, "confirmed": False, "hinted": False, "slight": False,
-        "recognised": False, "denies": lambda _: False,
-    }  # fmt: skip
-
-    def concluded(_, evidence, *__):
-        said, kind = ({"viscous_asymmetry"}, "time") if evidence == "PART" else (set(), "recording")
-        verdict = Verdict.EXPLAINED if said else Verdict.UNEXPLAINED
-        return SimpleNamespace(
-            verdict=verdict, said=said, evidence=SimpleNamespace(kind=kind), judges=evidence, **usual
-        )
-
-    told = None if said is None else SimpleNamespace(judges="LAST", said={said})
-    stand_ins = {
-        "_selected": concluded, "_known_before": lambda found: found, "gather": lambda _, __, judges: judges.name,
-        "unusable": lambda *_: None, "prepare": lambda *_: None, "too_broken": lambda _: None,
-        "told_twice": lambda *_: told if by == "twice" else None,
-        "carried": lambda *_: told if by == "carried" else None, "happened_once": lambda _: pytest.fail("no step"),
-    }  # fmt: skip
-    for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(diagnosis, name, stand_in)
-    found = diagnosis.conclude([SimpleNamespace(loop="open", hold=None)] * 2, None)
-    assert found.judges == ("LAST" if whole else "PART")
-
-
 def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(monkeypatch):
     asked = []
     monkeypatch.setattr(select, "explore", lambda current, *_: asked.append(current) or (current, [current.price]))
