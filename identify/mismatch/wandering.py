@@ -36,7 +36,6 @@ def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | N
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
     view = View.of(fitted, fitted.found.gain)
     samples = view.foreseen()
-    direction = coordinates(samples, fitted.problem.axis)["direction"]
     first, last = float(samples.t.min()), float(samples.t.max())
     moments = np.linspace(first, last, MOMENTS + 2)[1:-1]
     if name == STEP:
@@ -46,6 +45,7 @@ def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | N
         moments = moments[np.abs(moments - moment) > NEAR * (last - first)]
     if proven:
         return None
+    direction = coordinates(samples, fitted.problem.axis)["direction"]
     seen = view.responses((samples.t[:, None] >= moments) * direction[:, None])
     most = max(gain_of_one(view, one) for one in seen.T)
     if most < max(MORE * evidence, CHANCE):
