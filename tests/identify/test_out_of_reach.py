@@ -9,12 +9,14 @@ import pytest
 
 from identify.mismatch import diagnosis
 from identify.mismatch.baseline import fit_baseline
-from identify.mismatch.compare import Fit
+from identify.mismatch.compare import Fit, fit
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
 from identify.mismatch.rules import _too_hard
+from identify.mismatch.score import extend
+from identify.mismatch.wandering import OTHERS, wanders
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
 from identify.polish import polish_all
@@ -157,3 +159,15 @@ def test_an_effect_is_moved_to_where_it_is_likelier():
     assert step.value(found.x[problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
     assert found.found.criterion < stuck.found.criterion - 100.0
     assert moved(found, step) is found
+
+
+@pytest.mark.parametrize(("proven", "told"), [(False, True), (True, False)])
+def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
+    """Friction fell at 6 s and rose at 14 s: the second is another moment, unless unseen data have the first, too."""
+    levels = lambda t, y, v: (dry(v, 20.0 - 6.0 * (t > 6.0) + 4.0 * (t > 14.0)), 0.0)  # noqa: E731
+    samples = prepare(driven(1, levels), AXIS)
+    step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
+    bare = fit_baseline(samples, AXIS, 0)
+    problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
+    reason = wanders(fit(problem, x), "step_change", 100.0, proven=proven)
+    assert (reason is not None and reason.startswith(OTHERS)) is told

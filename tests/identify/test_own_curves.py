@@ -9,12 +9,13 @@ import pytest
 from identify.mismatch import constant, diagnosis, explore, probes, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.curve import CURVE
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import NO_FINDING, OWN_CURVE
 from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of
+from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of, other_curve
 from identify.mismatch.select import Selection
 from identify.mismatch.wandering import OTHERS
 from identify.mismatch.ways import TAILORED, guises
@@ -237,6 +238,13 @@ def test_a_name_gives_way_to_what_foretells_unseen_data_better(priced):
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.08, 270.0)]) is ripple
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.6, 698.0)]) is ripple
     assert best_of([ripple, step("end_stop", -353.0, "its size of 3", 0.08, 698.0)]) is ripple
+
+
+@pytest.mark.parametrize(("refused", "aside"), [(f"its size of 1e-05: {NO_FINDING}", True), (None, False)])
+def test_what_is_too_small_to_be_told_keeps_no_exponent_from_being_taken_into_account(priced, refused, aside):
+    """A gap of 10 um had 616, another exponent 496, and a warming stayed hidden behind both."""
+    bent, gap = step(CURVE, -496.0, NO_NAME), step("backlash", -616.0, refused)
+    assert other_curve([gap, bent]) is (bent if aside else None)
 
 
 def test_nothing_is_put_together_from_names_where_one_stranger_leaves_next_to_nothing(priced, monkeypatch):
