@@ -5,6 +5,7 @@ Every threshold is here, with its unit and its reason; none was tuned on recordi
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,7 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BRISTLES = "presliding_hysteresis"
+DAMPED = 3.0  # times the critical damping: bristles that are damped more are none
 ON_BOUND = "a parameter ended on its bound"  # reason that a likely effect gets no name
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets none
 ODD = "its force of", "a parameter ended", "its size of"
@@ -126,7 +128,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure or overwhelming(evidence)))
-    odd = own or _too_soft(fitted, guise, evidence) or _too_hard(fitted, guise) or _too_lasting(fitted, guise)
+    odd = own or _too_soft(fitted, guise, evidence) or _no_bristles(fitted, guise) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
     return odd
@@ -155,14 +157,22 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"
 
 
-def _too_hard(fitted: Fit, guise: Guise) -> str | None:
-    """Why bristles are none: friction slides before they have bent by what any contact does; or None."""
+def _no_bristles(fitted: Fit, guise: Guise) -> str | None:
+    """Why bristles are none: friction slides before they bend, or they are damped as no contact is; or None.
+
+    Contacts that bend swing a little: LuGre's damping is near the critical one (Canudas de Wit et al. 1995). What is
+    damped many times as much is a force that follows the speed.
+    """
     if guise.name != BRISTLES:
         return None
-    stiffness = guise.value(fitted.x[fitted.problem.slot(guise)], "bristle_stiffness")
+    x, problem = fitted.x[fitted.problem.slot(guise)], fitted.problem
+    stiffness, damping = guise.value(x, "bristle_stiffness"), guise.value(x, "bristle_damping")
     bend = fitted.dry_level / stiffness
-    least = STIFF * metre(fitted.problem.axis, fitted.problem.scales.travel)
-    return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
+    least = STIFF * metre(problem.axis, problem.scales.travel)
+    if bend < least:
+        return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact"
+    ratio = damping / (2.0 * math.sqrt(stiffness * problem.scales.mass))
+    return None if ratio <= DAMPED else f"its size of {ratio:.2g} times the critical damping: no contact is so damped"
 
 
 def _too_lasting(fitted: Fit, guise: Guise) -> str | None:

@@ -14,7 +14,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
-from identify.mismatch.rules import _too_hard
+from identify.mismatch.rules import _no_bristles
 from identify.mismatch.score import extend
 from identify.mismatch.wandering import OTHERS, wanders
 from identify.mismatch.ways import guises
@@ -129,18 +129,29 @@ def test_a_name_that_stands_may_make_friction_known(monkeypatch, explains, after
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "rotary", "named"), [(2e6, False, False), (5e5, False, True), (2e6, True, True), (1e8, True, False)]
+    ("stiffness", "damping", "rotary", "named"),
+    [
+        (2e6, 3e3, False, False),  # 20 N bend it by 10 um
+        (5e5, 3e3, False, True),
+        (2e6, 3e3, True, True),
+        (1e8, 3e3, True, False),
+        (5e5, 1.2e4, False, True),
+        (5e5, 2e4, False, False),  # 4.5 times the critical damping
+    ],
 )
-def test_bristles_that_bend_less_than_any_contact_are_none(stiffness, rotary, named):
-    """A drive with 20 N of friction had bristles that bend by 9 um before they slide."""
-    unknown = Unknown("bristle_stiffness", 1e5, 1e2, 1e9, log=True)
-    guise = Guise(find("presliding_hysteresis"), (unknown,), np.array([[1e5]]))
-    scales, axis = SimpleNamespace(travel=8.0 if rotary else 0.5), SimpleNamespace(is_rotary=rotary)
-    problem = SimpleNamespace(slot=lambda _: slice(0, 1), scales=scales, axis=axis)
-    dry_level = 1000.0 if rotary else 20.0
-    fitted = SimpleNamespace(problem=problem, x=np.array([unknown.scaled(stiffness)]), dry_level=dry_level)
-    assert (_too_hard(fitted, guise) is None) is named
-    assert _too_hard(fitted, SimpleNamespace(name="backlash")) is None
+def test_bristles_bend_before_they_slide_and_are_damped_as_a_contact_is(stiffness, damping, rotary, named):
+    """A drive with 20 N of friction had bristles that bend by 9 um; an encoder's error had some that only creep."""
+    unknowns = (
+        Unknown("bristle_stiffness", 1e5, 1e2, 1e9, log=True),
+        Unknown("bristle_damping", 1e3, 1.0, 1e6, log=True),
+    )
+    guise = Guise(find("presliding_hysteresis"), unknowns, np.array([[1e5, 1e3]]))
+    scales, axis = SimpleNamespace(travel=8.0 if rotary else 0.5, mass=10.0), SimpleNamespace(is_rotary=rotary)
+    problem = SimpleNamespace(slot=lambda _: slice(0, 2), scales=scales, axis=axis)
+    x = np.array([one.scaled(value) for one, value in zip(unknowns, (stiffness, damping), strict=True)])
+    fitted = SimpleNamespace(problem=problem, x=x, dry_level=1000.0 if rotary else 20.0)
+    assert (_no_bristles(fitted, guise) is None) is named
+    assert _no_bristles(fitted, SimpleNamespace(name="backlash")) is None
 
 
 def test_an_effect_is_moved_to_where_it_is_likelier():
