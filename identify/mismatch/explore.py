@@ -255,7 +255,7 @@ def _in_whole_turn(current: Fit, step: Step, unseen: Samples) -> Step:
     x = step.fit.x[step.fit.problem.slot(guise)]
     if guise.oddity(x) is None:
         return step
-    times = guise.turn / float(guise.unknowns[0].value(x[:1])[0])
+    times = guise.turn / guise.value(x, "period")
     whole = [_bound(current, step, n, unseen) for n in sorted({max(1, math.floor(times)), math.ceil(times)})]
     whole = [one for one in whole if one.evidence.bic < (1.0 - KNOWN) * step.evidence.bic and one.refused is None]
     return min(whole, key=lambda one: one.evidence.unseen, default=step)

@@ -289,7 +289,7 @@ def _one_force(fitted: Fit) -> bool:
         return False
     problem = fitted.problem
     waves = [guise for guise in problem.guises if guise.wave is not None]
-    periods = [guise.unknowns[0].value(fitted.x[problem.slot(guise)][:1])[0] for guise in waves]
+    periods = [guise.value(fitted.x[problem.slot(guise)], "period") for guise in waves]
     return any(period > problem.scales.travel for period in periods)
 
 

@@ -9,9 +9,10 @@ import pytest
 from identify.mismatch import twice
 from identify.mismatch.compare import Comparison
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.guise import Unknown
+from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.select import _one_force
+from plant.effects import find
 from tests.identify.studies.naming import drawn
 
 TOLD = Comparison(-1900.0, 1.4, -120.0, 1.1, 1.06, 104.0, 1.2)
@@ -164,14 +165,15 @@ def test_a_stop_that_is_touched_once_a_stroke_is_named(tmp_path):
 
 
 def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():
-    period = Unknown("period", 1.0, 0.1, 10.0, log=True)
-    waves = [SimpleNamespace(wave=None), SimpleNamespace(wave=("amplitude", "phase"), unknowns=(period,))]
+    period, amplitude = Unknown("period", 1.0, 0.1, 10.0, log=True), Unknown("amplitude", 1.0, -10.0, 10.0)
+    spring = Guise(find("position_spring"), (amplitude,), np.ones((1, 1)))
+    wave = Guise(find("torque_ripple"), (period, amplitude), np.ones((1, 2)), wave=("amplitude", "phase"))
 
     def one(length, names=("position_spring", "torque_ripple")):
-        problem = SimpleNamespace(
-            guises=waves, slot=lambda _: slice(0, 1), scales=SimpleNamespace(travel=2.0)
-        )  # fmt: skip
-        return _one_force(SimpleNamespace(names=names, problem=problem, x=np.array([np.log(length)])))
+        slots = {spring: slice(0, 1), wave: slice(1, 3)}
+        scales = SimpleNamespace(travel=2.0)
+        problem = SimpleNamespace(guises=[spring, wave], slot=slots.__getitem__, scales=scales)
+        return _one_force(SimpleNamespace(names=names, problem=problem, x=np.array([1.0, np.log(length), 1.0])))
 
     assert one(3.1)
     assert not one(1.9)
