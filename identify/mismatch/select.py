@@ -60,6 +60,7 @@ SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 PLACES = {"end_stop", "rail_defect"}  # act in one place, and nowhere else: there is no shape of them elsewhere
+SOFT = "transmission_compliance"
 EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (
     frozenset({"force_offset", "coulomb_asymmetry", "viscous_asymmetry", "position_spring"}),
@@ -274,7 +275,8 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
     local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
-    enough = _improves(step.evidence, kin) if little else step.evidence.unseen <= HARDLY
+    late = bool(kin & set(LATE)) or (step.guise.name in LATE and SOFT in kin)
+    enough = _improves(step.evidence, late=late) if little else step.evidence.unseen <= HARDLY
     faint = not enough or not (step.evidence.z >= Z or told_elsewhere(step.evidence))
     bent = [name for name in sorted(taken) if -step.evidence.bic < MINOR * so_far and bends(name) > -step.evidence.bic]
     if not local and not (kin and faint) and not (little and step.guise.stiff) and not bent:
@@ -293,11 +295,14 @@ def _one_force(fitted: Fit) -> bool:
     return any(period > problem.scales.travel for period in periods)
 
 
-def _improves(evidence: Comparison, kin: set[str]) -> bool:
-    """Whether a step with little evidence beside its `kin` predicts so much better that it mends more than a shape."""
+def _improves(evidence: Comparison, *, late: bool) -> bool:
+    """Whether a step with little evidence beside its kin predicts so much better that it mends more than a shape.
+
+    Beside a delay, or a delay beside a transmission, it must be proven: they are `late` alike.
+    """
     both = math.sqrt(evidence.free_run * evidence.unseen)
     better = evidence.z > CERTAIN and both < BETTER and evidence.foreseen > FORESEEN
-    return evidence.unseen <= PROVEN or ((better or told_elsewhere(evidence)) and not kin & set(LATE))
+    return evidence.unseen <= PROVEN or ((better or told_elsewhere(evidence)) and not late)
 
 
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:

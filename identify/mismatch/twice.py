@@ -43,7 +43,8 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
 def _leader(found: Conclusion) -> Step | None:
     """What all data together make far likelier than any other name on top of the baseline; or None.
 
-    Physics in no catalogue must only be less likely: some of it acts in one place, and so does what is asked for here.
+    Physics in no catalogue must only be less likely, unless it predicts better: some of it acts in one place, and so
+    does what is asked for here.
     """
     if found.selection.aside or not found.selection.opening:
         return None
@@ -54,8 +55,8 @@ def _leader(found: Conclusion) -> Step | None:
     if first.guise.name in found.outgrown:
         return None
     least = _everywhere(first) - max(TIED_BIC, KNOWN * _everywhere(first))
-    names = [other for other in others if other.guise.depends is None and not _equal(first, other)]
-    if any(_everywhere(other) > least for other in names):
+    rivals = [other for other in others if other.guise.depends is None or other.evidence.unseen < told.unseen]
+    if any(_everywhere(rival) > least and not _equal(first, rival) for rival in rivals):
         return None
     return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
 
