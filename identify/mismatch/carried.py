@@ -30,7 +30,7 @@ def carried(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     opening = [*first.selection.opening, step]
     if best_of(opening) is not step:
         return None
-    selection = Selection(baseline, step.fit, [step], [opening], opening=opening)
+    selection = Selection.beginning(step, baseline, opening)
     found = dataclasses.replace(first, selection=selection)
     return found if found.explains else None
 

@@ -101,6 +101,11 @@ class Selection:
     opening: list[Step] = field(default_factory=list)
     others: list[Selection] = field(default_factory=list)
 
+    @classmethod
+    def beginning(cls, step: Step, baseline: Fit, opening: list[Step]) -> Selection:
+        """A selection of one step, which competed with those of the `opening`."""
+        return cls(baseline, step.fit, [step], [opening], opening=opening)
+
     def explained(self, model: Fit) -> float:
         """Evidence of a model against nothing but friction. [1]"""
         return price(self.baseline) - price(model)
@@ -178,7 +183,7 @@ def _other_openings(first: Selection) -> list[Selection]:
     for step in first.opening:
         if step.refused is None and step.guise.name not in known and step.evidence.bic < CLOSE * least:
             known.add(step.guise.name)
-            begun.append(Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening))
+            begun.append(Selection.beginning(step, first.baseline, first.opening))
     return begun[:OPENINGS]
 
 
@@ -204,7 +209,7 @@ def _around(first: Selection, search: Search) -> Selection:
         fair.setdefault(step.guise.name, step)
     named = [step for step in fair.values() if step.refused is None][:1]
     for step in [*named, *(step for step in fair.values() if step not in named)][:DETOURS]:
-        begun = Selection(first.baseline, step.fit, [step], [first.opening], opening=first.opening)
+        begun = Selection.beginning(step, first.baseline, first.opening)
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
         fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None

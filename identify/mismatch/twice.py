@@ -32,9 +32,8 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     if len(told) < 2 or not _agree(*told):
         return None
     found, step = min(told, key=lambda one: one[1].evidence.unseen)
-    opening = found.selection.opening
     named = dataclasses.replace(step, refused=None)
-    selection = Selection(found.selection.baseline, step.fit, [named], [opening], opening=opening)
+    selection = Selection.beginning(named, found.selection.baseline, found.selection.opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
     known = sure.explains and not any(map(may_be_absent, sure.effects))
     return sure if known and (sure.error_left < BETTER or lasting(step.evidence)) else None
