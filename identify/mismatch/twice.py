@@ -15,9 +15,9 @@ from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
-from identify.mismatch.select import Selection
+from identify.mismatch.select import EXACT, Selection
 
-NOTHING = 5.0  # of evidence: two names that differ by less in every way are one
+WITH_FORCE = EXACT | {"load_dependent_friction"}
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -61,10 +61,9 @@ def _leader(found: Conclusion) -> Step | None:
 
 
 def _equal(one: Step, other: Step) -> bool:
-    """Whether two steps are one name, or two that no data can tell apart (a mass and a torque constant)."""
-    told, there = one.evidence, other.evidence
-    same = abs(told.bic - there.bic) < NOTHING and abs(told.foreseen - there.foreseen) < NOTHING
-    return same or one.guise.name == other.guise.name
+    """Whether two steps are one name, or two that grow with the force and that these data cannot tell apart."""
+    names = {one.guise.name, other.guise.name}
+    return len(names) == 1 or (names <= WITH_FORCE and abs(_everywhere(one) - _everywhere(other)) < TIED_BIC)
 
 
 def _everywhere(step: Step) -> float:

@@ -155,7 +155,9 @@ def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
 def test_another_way_of_the_same_effect_is_no_rival_nor_a_twin_that_nothing_tells_apart(sized):
     assert twice._leader(led_by(second="end_stop", behind=1.0)) is not None
     assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=1.0)) is not None
-    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=9.0)) is None
+    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=20.0)) is not None  # named together
+    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=30.0)) is None
+    assert twice._leader(led_by("inertia_error", "position_spring", behind=20.0)) is None
 
 
 def test_a_stop_that_is_touched_once_a_stroke_is_named(tmp_path):
