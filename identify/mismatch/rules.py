@@ -128,10 +128,10 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure or overwhelming(evidence)))
-    odd = own or _too_soft(fitted, guise, evidence) or _no_bristles(fitted, guise) or _too_lasting(fitted, guise)
+    odd = own or _too_soft(fitted, guise, evidence) or _too_hard(fitted, guise) or _too_lasting(fitted, guise)
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
-    return odd
+    return odd or _too_damped(fitted, guise)
 
 
 def finding(name: str, *, proven: bool) -> float:
@@ -157,21 +157,26 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"
 
 
-def _no_bristles(fitted: Fit, guise: Guise) -> str | None:
-    """Why bristles are none: friction slides before they bend, or they are damped as no contact is; or None.
+def _too_hard(fitted: Fit, guise: Guise) -> str | None:
+    """Why bristles are none: friction slides before they have bent by what any contact does; or None."""
+    if guise.name != BRISTLES:
+        return None
+    stiffness = guise.value(fitted.x[fitted.problem.slot(guise)], "bristle_stiffness")
+    bend = fitted.dry_level / stiffness
+    least = STIFF * metre(fitted.problem.axis, fitted.problem.scales.travel)
+    return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
 
-    Contacts that bend swing a little: LuGre's damping is near the critical one (Canudas de Wit et al. 1995). What is
-    damped many times as much is a force that follows the speed.
+
+def _too_damped(fitted: Fit, guise: Guise) -> str | None:
+    """Why bristles are none: they are damped as no contact is, so that their force follows the speed; or None.
+
+    LuGre's damping is near the critical one (Canudas de Wit et al. 1995).
     """
     if guise.name != BRISTLES:
         return None
-    x, problem = fitted.x[fitted.problem.slot(guise)], fitted.problem
+    x = fitted.x[fitted.problem.slot(guise)]
     stiffness, damping = guise.value(x, "bristle_stiffness"), guise.value(x, "bristle_damping")
-    bend = fitted.dry_level / stiffness
-    least = STIFF * metre(problem.axis, problem.scales.travel)
-    if bend < least:
-        return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact"
-    ratio = damping / (2.0 * math.sqrt(stiffness * problem.scales.mass))
+    ratio = damping / (2.0 * math.sqrt(stiffness * fitted.problem.scales.mass))
     return None if ratio <= DAMPED else f"its size of {ratio:.2g} times the critical damping: no contact is so damped"
 
 

@@ -14,7 +14,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
-from identify.mismatch.rules import _no_bristles
+from identify.mismatch.rules import _too_damped, _too_hard
 from identify.mismatch.score import extend
 from identify.mismatch.wandering import OTHERS, wanders
 from identify.mismatch.ways import guises
@@ -128,19 +128,8 @@ def test_a_name_that_stands_may_make_friction_known(monkeypatch, explains, after
     assert told == (found if answers else "friction is not known")
 
 
-@pytest.mark.parametrize(
-    ("stiffness", "damping", "rotary", "named"),
-    [
-        (2e6, 3e3, False, False),  # 20 N bend it by 10 um
-        (5e5, 3e3, False, True),
-        (2e6, 3e3, True, True),
-        (1e8, 3e3, True, False),
-        (5e5, 1.2e4, False, True),
-        (5e5, 2e4, False, False),  # 4.5 times the critical damping
-    ],
-)
-def test_bristles_bend_before_they_slide_and_are_damped_as_a_contact_is(stiffness, damping, rotary, named):
-    """A drive with 20 N of friction had bristles that bend by 9 um; an encoder's error had some that only creep."""
+def bristles(stiffness, damping, rotary=False):
+    """Fitted bristles on 10 kg with 20 N of friction (10 kg m^2, 1000 N m), and their guise."""
     unknowns = (
         Unknown("bristle_stiffness", 1e5, 1e2, 1e9, log=True),
         Unknown("bristle_damping", 1e3, 1.0, 1e6, log=True),
@@ -149,9 +138,25 @@ def test_bristles_bend_before_they_slide_and_are_damped_as_a_contact_is(stiffnes
     scales, axis = SimpleNamespace(travel=8.0 if rotary else 0.5, mass=10.0), SimpleNamespace(is_rotary=rotary)
     problem = SimpleNamespace(slot=lambda _: slice(0, 2), scales=scales, axis=axis)
     x = np.array([one.scaled(value) for one, value in zip(unknowns, (stiffness, damping), strict=True)])
-    fitted = SimpleNamespace(problem=problem, x=x, dry_level=1000.0 if rotary else 20.0)
-    assert (_no_bristles(fitted, guise) is None) is named
-    assert _no_bristles(fitted, SimpleNamespace(name="backlash")) is None
+    return SimpleNamespace(problem=problem, x=x, dry_level=1000.0 if rotary else 20.0), guise
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "rotary", "named"), [(2e6, False, False), (5e5, False, True), (2e6, True, True), (1e8, True, False)]
+)
+def test_bristles_that_bend_less_than_any_contact_are_none(stiffness, rotary, named):
+    """A drive with 20 N of friction had bristles that bend by 9 um before they slide."""
+    fitted, guise = bristles(stiffness, 3e3, rotary)
+    assert (_too_hard(fitted, guise) is None) is named
+    assert _too_hard(fitted, SimpleNamespace(name="backlash")) is None
+
+
+@pytest.mark.parametrize(("damping", "named"), [(3e3, True), (1.2e4, True), (2e4, False)])
+def test_bristles_that_are_damped_as_no_contact_is_are_none(damping, named):
+    """An encoder's error had some with 6 times the critical damping, and a ripple beside them."""
+    fitted, guise = bristles(5e5, damping)
+    assert (_too_damped(fitted, guise) is None) is named
+    assert _too_damped(fitted, SimpleNamespace(name="backlash")) is None
 
 
 def test_an_effect_is_moved_to_where_it_is_likelier():
