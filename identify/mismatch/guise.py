@@ -219,7 +219,7 @@ class Guise:
             if bent is not None:
                 return f"{OWN_CURVE}: {bent}"
         if self.swings is not None:
-            damping = float(self.unknowns[1].value(z[1:2])[0]) / (2.0 * math.sqrt(first * self.swings))
+            damping = self.damping_ratio(z, self.swings)
             if damping > SWINGS:
                 return f"it does not swing (damping ratio {damping:.2g}): no transmission is so damped"
         if self.turn is None:
@@ -228,6 +228,11 @@ class Guise:
         if not 0.5 < times < MOST_PERIODS or abs(times - round(times)) > OFF_PERIOD:
             return f"its period of {first:.3g} goes into a turn {times:.2f} times"
         return None
+
+    def damping_ratio(self, z: Floats, mass: float) -> float:
+        """Damping ratio of `mass` [kg] on the spring of stiffness and damping that unknowns z (q,) begin with. [1]"""
+        stiffness, damping = (float(self.unknowns[i].value(z[i : i + 1])[0]) for i in range(2))
+        return damping / (2.0 * math.sqrt(stiffness * mass))
 
     def amplitude(self) -> int | None:
         """Index of the linear amplitude that is absent at zero; None where absence is a limit."""

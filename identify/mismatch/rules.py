@@ -5,7 +5,6 @@ Every threshold is here, with its unit and its reason; none was tuned on recordi
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -174,9 +173,7 @@ def _too_damped(fitted: Fit, guise: Guise) -> str | None:
     """
     if guise.name != BRISTLES:
         return None
-    x = fitted.x[fitted.problem.slot(guise)]
-    stiffness, damping = guise.value(x, "bristle_stiffness"), guise.value(x, "bristle_damping")
-    ratio = damping / (2.0 * math.sqrt(stiffness * fitted.problem.scales.mass))
+    ratio = guise.damping_ratio(fitted.x[fitted.problem.slot(guise)], fitted.problem.scales.mass)
     return None if ratio <= DAMPED else f"its size of {ratio:.2g} times the critical damping: no contact is so damped"
 
 
