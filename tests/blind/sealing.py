@@ -56,20 +56,25 @@ def draw(study: Study, index: int) -> tuple[dict, Case | SecondCase | None]:
     """Sealed label and case `index`; None, with the reasons in the label, where no seed gives a machine that moves."""
     if study.simulator == "second":
         return second.draw(study.seed, index, study.name(index))
-    kind, spec = draw_spec(study.seed, index, study.duration)
+    kind, refused, case = drawable(study.seed, index, study.duration)
+    if case is None:
+        return {"kind": kind, "refused": refused, "expected": None}, None
+    case = replace(case, axis={**case.axis, "name": study.name(index)})  # its own name tells the seed
+    yardstick = criterion(case) if kind != "still" else None
+    shows = {"beside": beside(case)} if kind == "pair" else {}
+    return {"kind": kind, "refused": refused, "true_criterion": yardstick, **shows, **case.labels}, case
+
+
+def drawable(seed: int, index: int, duration: float = 30.0) -> tuple[str, list[str], Case | None]:
+    """Kind of case `index` of the study `seed`, why seeds of its machine were refused, and the first that moves."""
+    kind, spec = draw_spec(seed, index, duration)
     refused = []
     for attempt in range(ATTEMPTS):
         try:
-            case = draw_case(replace(spec, seed=spec.seed + attempt))
+            return kind, refused, draw_case(replace(spec, seed=spec.seed + attempt))
         except UndrawableError as error:
             refused.append(str(error))
-            continue
-        case = replace(case, axis={**case.axis, "name": study.name(index)})  # its own name tells the seed
-        moves = kind != "still"
-        yardstick = criterion(case) if moves else None  # before its name hides its seed; the labels keep it
-        shows = {"beside": beside(case)} if kind == "pair" else {}
-        return {"kind": kind, "refused": refused, "true_criterion": yardstick, **shows, **case.labels}, case
-    return {"kind": kind, "refused": refused, "expected": None}, None
+    return kind, refused, None
 
 
 def seal(study: Study, batch: range) -> str:

@@ -13,7 +13,8 @@ from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.select import _one_force
 from plant.effects import find
-from tests.identify.studies.naming import drawn
+from tests.blind.sealing import drawable
+from tests.identify.studies.naming import recorded
 
 TOLD = Comparison(-1900.0, 1.4, -120.0, 1.1, 1.06, 104.0, 1.2)
 
@@ -160,14 +161,15 @@ def test_another_way_of_the_same_effect_is_no_rival_nor_a_twin_that_nothing_tell
     assert twice._leader(led_by("inertia_error", "position_spring", behind=20.0)) is None
 
 
-def test_a_stop_that_is_touched_once_a_stroke_is_named(tmp_path):
+def test_a_stop_that_is_touched_once_a_stroke_is_named():
     """A training case: z of 1.4 and 1.7 in its two recordings, evidence of 1900 and 3400."""
-    label, _, axis, recordings = drawn(1_220_000, 96, tmp_path)
+    _, _, case = drawable(1_220_000, 96)
+    axis, recordings = recorded(case)
     found = diagnose(recordings, axis)
     assert found.verdict is Verdict.EXPLAINED
     assert [effect.name for effect in found.effects] == ["end_stop"]
     low, high = found.effects[0].parameters["position"].ci95
-    assert low < label["effects"]["end_stop"]["position"] < high
+    assert low < case.labels["effects"]["end_stop"]["position"] < high
 
 
 def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():

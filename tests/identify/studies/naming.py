@@ -38,14 +38,16 @@ def drawn(seed: int, index: int, folder: Path) -> tuple:
     if kept.exists():
         return pickle.loads(kept.read_bytes())
     label, case = draw(Study(seed, index + 1, folder), index)
-    if case is None:
-        found = (label, None, None, None)
-    else:
-        with tempfile.TemporaryDirectory() as lonely:
-            axis = read_axis(write_case(case, Path(lonely)))
-            found = (label, case.plant, axis, [read_recording_entry(entry, axis) for entry in axis.recordings])
+    found = (label, None, None, None) if case is None else (label, case.plant, *recorded(case))
     kept.write_bytes(pickle.dumps(found))
     return found
+
+
+def recorded(case) -> tuple:
+    """Axis and recordings of a case, as a user would read them from its folder."""
+    with tempfile.TemporaryDirectory() as lonely:
+        axis = read_axis(write_case(case, Path(lonely)))
+        return axis, [read_recording_entry(entry, axis) for entry in axis.recordings]
 
 
 def oracle(conclusion: Conclusion, plant) -> dict | None:
@@ -128,7 +130,7 @@ def case_of(seed: int, index: int, folder: Path) -> dict | None:
     found["torn"] = {"plain": conclusion.held_out(conclusion.plain) / conclusion.own,
                      "final": conclusion.held_out(conclusion.final) / conclusion.own,
                      "kind": conclusion.evidence.kind}  # fmt: skip
-    found["left"] = [dataclasses.asdict(one) for one in conclusion.left]
+    found["nameless"] = [dataclasses.asdict(one) for one in conclusion.nameless]
     if plant.effects and label["kind"] != "still":
         found["oracle"] = oracle(conclusion, plant)
     return found
