@@ -406,8 +406,9 @@ def _stiffest(step: Step) -> bool:
 def tied(winner: Step, rivals: list[Step]) -> list[Step]:
     """Rivals that these data cannot tell from the winner.
 
-    One that is nearly as likely is among them; one that only explains nearly as much, or as evenly, is not where it
-    predicts unseen data worse than no effect at all and the winner does not.
+    One that is nearly as likely is among them, and one that all data together make as likely where it predicts unseen
+    data better; one that only explains nearly as much, or as evenly, is not where it predicts unseen data worse than no
+    effect at all and the winner does not.
     """
     best = cost(winner.fit)
     terms = winner.fit.terms()
@@ -421,6 +422,7 @@ def tied(winner: Step, rivals: list[Step]) -> list[Step]:
         similar = distance < -KNOWN * winner.evidence.bic or (apart < TIED_Z and share > TIED_SHARE)
         worse, own = (max(one.evidence.unseen, one.evidence.second) for one in (rival, winner))
         spoils = worse > HELD_OUT >= own
-        if distance < TIED_BIC or (similar and not spoils):
+        foretells = worse < own and _cost_of_all(rival) < _cost_of_all(winner) + TIED_BIC
+        if distance < TIED_BIC or foretells or (similar and not spoils):
             found.append(rival)
     return found

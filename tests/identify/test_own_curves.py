@@ -15,7 +15,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import NO_FINDING, OWN_CURVE
 from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
-from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of, other_curve
+from identify.mismatch.rules import NO_NAME, TIED_BIC, Step, at_edge, bent_to_edge, best_of, other_curve, tied
 from identify.mismatch.select import Selection
 from identify.mismatch.wandering import OTHERS
 from identify.mismatch.ways import TAILORED, guises
@@ -217,6 +217,10 @@ class Priced(float):
         self.names = names
         return self
 
+    def terms(self):
+        """Log-likelihood of each of 200 samples: what is likelier is so everywhere."""
+        return -float(self) / 400.0 * np.linspace(0.9, 1.1, 200)
+
 
 def step(name, price, refused=None, unseen=0.5, foreseen=100.0):
     told = Comparison(price, 8.0, price, 0.5, unseen, foreseen, 5.0)
@@ -238,6 +242,23 @@ def test_a_name_gives_way_to_what_foretells_unseen_data_better(priced):
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.08, 270.0)]) is ripple
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.6, 698.0)]) is ripple
     assert best_of([ripple, step("end_stop", -353.0, "its size of 3", 0.08, 698.0)]) is ripple
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "left", "told"),
+    [
+        (1266.0, 0.148, False),  # all data together: 5 for the dead time
+        (1220.0, 0.148, True),  # 41 for the lag
+        (1266.0, 0.2, True),  # it predicts a second worse
+    ],
+)
+def test_a_rival_that_unseen_data_prefer_by_as_much_as_fitted_ones_do_the_winner_is_not_told_from_it(
+    priced, foreseen, left, told
+):
+    """A train case: dead time beside warmth was a lag, likelier by 57 of the fitted data, less by 62 of the others."""
+    lag = step("actuator_lag", -253.0, unseen=0.192, foreseen=1204.0)
+    late = step("dead_time", -196.0, unseen=left, foreseen=foreseen)
+    assert (late in tied(lag, [lag, late])) is not told
 
 
 @pytest.mark.parametrize(("refused", "aside"), [(f"its size of 1e-05: {NO_FINDING}", True), (None, False)])
