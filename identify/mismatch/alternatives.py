@@ -66,7 +66,7 @@ def _add_both(found: Conclusion, sets: list[tuple[str, ...]], one: tuple[str, st
     if len(instead) < 2 or not set(instead) <= set(sets[0]) or set(swapped) in map(set, sets):
         return
     chosen = found.selection.chosen
-    both = fit_of(set(swapped), chosen, found.selection.rivals, found.ways)
+    both = fit_of(set(swapped), set(sets[0]), chosen, found.selection.rivals, found.ways)
     if both is not None and cost(both) < cost(chosen) + TIED_BIC:
         _append(sets, swapped)
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import Fit, block_z, fit, trimmed
-from identify.mismatch.curve import CURVE
 from identify.mismatch.guise import Guise
 from identify.mismatch.rules import TIED_BIC, TIED_Z, Step
 from identify.mismatch.score import extend
@@ -41,15 +40,20 @@ def rivals_of(
     """
     found = [Rival(tuple(sets[0]), chosen)]
     for names in sets[1 : MOST_RIVALS + 1]:
-        fitted = fit_of(set(names), chosen, stages, ways)
+        fitted = fit_of(set(names), set(sets[0]), chosen, stages, ways)
         if fitted is not None:
             found.append(Rival(tuple(names), fitted))
     return found
 
 
-def fit_of(names: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways: Sequence[Guise]) -> Fit | None:
-    """The best known fit with just these effects, or a fresh one that starts from what is known of each."""
-    names = names | ({CURVE} & set(chosen.names))  # how friction falls with speed is the same beside all of them
+def fit_of(
+    names: set[str], named: set[str], chosen: Fit, stages: Sequence[Sequence[Step]], ways: Sequence[Guise]
+) -> Fit | None:
+    """The best known fit with these effects, or a fresh one that starts from what is known of each.
+
+    What the `chosen` fit takes into account beside the effects that are `named` in it is beside these, too.
+    """
+    names = names | (set(chosen.names) - named)
     known = [step for stage in stages for step in stage if step.guise in step.fit.problem.guises]
     direct = [step.fit for step in known if set(step.fit.names) == names]
     if direct:
