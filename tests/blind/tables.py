@@ -100,6 +100,7 @@ def sections(scores: Sequence[Score]) -> list[Section]:
     found += [_by("Pairs by severity", of["pair"], lambda s: s.severity, tuple(SEVERITIES)),
               _by("Pairs by severity of the lesser effect beside the other", told, lambda s: s.lesser,
                   tuple(SEVERITIES)),
+              _by("Outside the catalogue by severity", of["outside"], lambda s: s.severity, tuple(SEVERITIES)),
               _by("Outside the catalogue", of["outside"], lambda s: s.truth[0], ()),
               _parameters(scores), _times(scores), _failures(scores)]  # fmt: skip
     return [section for section in found if section.rows or section.lines]
@@ -127,6 +128,7 @@ def _summary(of: dict[str, list[Score]], still: list[Score]) -> Section:
         Rate.of("- rough friction", (s.false_name for s in of["rough"])),
         Rate.of("- verdict no_mismatch", (s.good for s in nothing)),
         Rate.of("outside the catalogue: unexplained", (s.good for s in outside)),
+        Rate.of("- where it is strong or clear", (s.good for s in outside if s.severity in CLEAR)),
         Rate.of("- false name", (s.false_name for s in outside)),
         Rate.of("- coordinate right (or among its alternatives)", (bool(s.located) for s in outside)),
         Rate.of("- coordinate right, first", (bool(s.located_first) for s in outside)),
