@@ -21,6 +21,7 @@ from identify.polish import polish_all
 from identify.preprocess import Samples
 from identify.uncertainty import Uncertainty
 from identify.waves import NORMAL
+from plant.effects.effect import unit_on
 
 Floats = NDArray[np.float64]
 
@@ -136,7 +137,7 @@ def reported(problem: ExtendedProblem, guise: Guise, x: Floats) -> dict[str, tup
         offset = float(law[5])
         shown["rest_position"] = (given["rest_position"] - offset / given["stiffness"], problem.axis.position_unit)
     derived = guise.effect.derive(given, friction)
-    return {**shown, **{name: (float(value), unit) for name, (value, unit) in derived.items()}}
+    return {**shown, **{name: (float(value), unit_on(unit, problem.axis)) for name, (value, unit) in derived.items()}}
 
 
 def _takes_constant(problem: ExtendedProblem, guise: Guise) -> bool:

@@ -34,6 +34,11 @@ ROTARY_UNITS = {
 }
 
 
+def unit_on(unit: str, axis: Axis) -> str:
+    """A unit of linear axes as it is on `axis`: N*m, rad and so on where it is rotary."""
+    return ROTARY_UNITS.get(unit, unit) if axis.is_rotary else unit
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One parameter of an effect.
@@ -60,7 +65,7 @@ class Parameter:
 
     def unit_on(self, axis: Axis) -> str:
         """The unit on `axis`: N*m, rad and so on where it is rotary."""
-        return ROTARY_UNITS.get(self.unit, self.unit) if axis.is_rotary else self.unit
+        return unit_on(self.unit, axis)
 
     def check(self, value: float, effect: str) -> float:
         """Return `value`, or say which parameter of which effect is out of range."""
@@ -140,7 +145,7 @@ class Effect:
         initial: initial values of the effect's states; NaN lets the law choose at its first call.
         prepare: (values (p, m), machine) -> rows that the laws read (k, m); may change constants of the machine.
         rate: (values (p, m), machine, typical speed [m/s]) -> fastest rate of the effect, for the sub-steps. [1/s] (m,)
-        derive: (values by name, friction (4,)) -> further reported quantities: name -> value, unit.
+        derive: (values by name, friction (4,)) -> further reported quantities: name -> value, unit on a linear axis.
         source: where the equation is from.
     """
 
