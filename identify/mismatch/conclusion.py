@@ -12,7 +12,7 @@ from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.data import Evidence
-from identify.mismatch.effect_sizes import any_moment, may_be_absent, unknown
+from identify.mismatch.effect_sizes import any_moment, may_be_absent, may_be_rigid, unknown
 from identify.mismatch.finish import finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
@@ -451,7 +451,7 @@ class Conclusion:
         x, share = self.final.x[self.final.problem.slot(guise)], self.error_left
         proven = (share < PROVEN and foretold(self._gained)) or overwhelming(self._gained)
         least = finding(effect.name, proven=proven)
-        if guise.oddity(x, least) is not None or at_edge(self.final, guise):
+        if guise.oddity(x, least) is not None or at_edge(self.final, guise) or may_be_rigid(effect, guise):
             return False
         if share >= PROVEN and any_moment(effect):
             return False

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identify.mismatch.guise import Guise
 from identify.mismatch.result import FoundEffect
 from identify.mismatch.rules import LATE
 from identify.mismatch.wandering import STEP
@@ -28,6 +29,15 @@ def may_be_absent(effect: FoundEffect) -> bool:
 def _endless(effect: FoundEffect) -> bool:
     """Whether a stiffness or a limit may as well be so large that nothing of the effect is there."""
     return any(high > ENDLESS * value for value, _, high in _sizes(effect, absent=np.inf))
+
+
+def may_be_rigid(effect: FoundEffect, guise: Guise) -> bool:
+    """Whether a transmission may as well be as stiff as the stiffest that was looked for, and beyond: nobody asked."""
+    if guise.swings is None:
+        return False
+    stiffness = guise.unknowns[0]
+    interval = effect.parameters[stiffness.parameter].ci95
+    return interval is not None and interval[1] >= stiffness.high
 
 
 def unknown(effect: FoundEffect) -> bool:

@@ -12,7 +12,7 @@ from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_absent, unknown
+from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_absent, may_be_rigid, unknown
 from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.nameless import Structure, simplest_first
@@ -248,6 +248,19 @@ def test_what_may_be_as_stiff_or_as_high_as_anything_may_be_absent(name, paramet
     assert unknown(known(2e7))
     assert not may_be_absent(known(2e4))
     assert not unknown(known(2e4))
+
+
+def test_a_transmission_that_may_be_as_stiff_as_the_stiffest_that_was_looked_for_may_be_rigid():
+    """A healthy machine had one of 965 kN/m, from 900 kN/m to the bound; twelve true ones end below 530 kN/m."""
+    unknowns = Unknown("stiffness", 3e4, 1e3, 1e6, log=True), Unknown("damping", 30.0, 0.3, 1e4, log=True)
+    soft = Guise(find("transmission_compliance"), unknowns, np.ones((1, 2)), swings=2.0)
+
+    def known(high):
+        return FoundEffect("transmission_compliance", 0.5, {"stiffness": Quantity(9.65e5, "N/m", (9e5, high))}, 3.0)
+
+    assert may_be_rigid(known(1.03e6), soft)
+    assert not may_be_rigid(known(9.9e5), soft)
+    assert not may_be_rigid(known(1.03e6), dataclasses.replace(soft, swings=None))
 
 
 def drive(lag, delay):
