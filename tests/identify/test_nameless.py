@@ -251,7 +251,7 @@ def test_what_may_be_as_stiff_or_as_high_as_anything_may_be_absent(name, paramet
 
 
 def test_a_transmission_that_may_be_as_stiff_as_the_stiffest_that_was_looked_for_may_be_rigid():
-    """A healthy machine had one of 965 kN/m, from 900 kN/m to the bound; twelve true ones end below 530 kN/m."""
+    """A healthy machine had one of 965 kN/m, from 900 kN/m to the bound; sixteen true ones end below 530 kN/m."""
     unknowns = Unknown("stiffness", 3e4, 1e3, 1e6, log=True), Unknown("damping", 30.0, 0.3, 1e4, log=True)
     soft = Guise(find("transmission_compliance"), unknowns, np.ones((1, 2)), swings=2.0)
 
