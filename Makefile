@@ -31,7 +31,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second cluster next-experiment before-after cannot-see promises axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming true-effect watch-scenarios
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second cluster next-experiment before-after cannot-see promises axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming once-wrong true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -118,6 +118,9 @@ blind-second: $(VENV)/.ready-bench  ## the same study on cases of the second sim
 
 naming: $(VENV)/.ready-dev  ## training cases of the blind study beside fits of the true effects: why a name was missed; ARGS="--cases 0:10"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.naming $(ARGS)
+
+once-wrong: $(VENV)/.ready-dev  ## training cases that were once answered wrong, all of them: four minutes of one core
+	OMP_NUM_THREADS=1 $(PYTEST) tests/identify/test_once_wrong.py -m "slow or not slow" $(PYTEST_ARGS)
 
 true-effect: $(VENV)/.ready-dev  ## our fit of the true effect against one that starts from the truth; ARGS="--count 8"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.true_effect $(ARGS)
