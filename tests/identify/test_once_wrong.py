@@ -10,12 +10,13 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Verdict
 from tests.blind.sealing import drawable
 from tests.identify.studies import naming
+from tests.identify.studies.reading import recorded
 
 
 def answered(seed: int, index: int):
     """The diagnosis of a training case of the blind study's plan."""
     _, _, case = drawable(seed, index)
-    axis, recordings = naming.recorded(case)
+    axis, recordings = recorded(case)
     return diagnose(recordings, axis)
 
 

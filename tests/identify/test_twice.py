@@ -14,7 +14,7 @@ from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.select import _one_force
 from plant.effects import find
 from tests.blind.sealing import drawable
-from tests.identify.studies.naming import recorded
+from tests.identify.studies.reading import recorded
 
 TOLD = Comparison(-1900.0, 1.4, -120.0, 1.1, 1.06, 104.0, 1.2)
 

@@ -7,18 +7,15 @@ other friction, or unchanged. Training seeds.
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Diagnosis
-from plant.axis_file import read_axis
-from plant.recording_files import read_recording_entry
 from tests.blind.tables import rate
-from tests.reference.cases import Case, CaseSpec, UndrawableError, draw_case, write_case
+from tests.identify.studies.reading import recorded
+from tests.reference.cases import Case, CaseSpec, UndrawableError, draw_case
 
 EFFECTS = ("rail_defect", "viscous_asymmetry", "torque_ripple", "position_spring", "load_dependent_friction",
            "actuator_lag", "quadratic_drag", "position_dependent_friction")  # fmt: skip
@@ -46,9 +43,8 @@ def pairs(count: int, seed: int) -> Iterator[tuple[str, Case]]:
 
 def diagnosed(case: Case) -> Diagnosis:
     """The diagnosis of a case."""
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_case(case, Path(folder)))
-        return diagnose([read_recording_entry(entry, axis) for entry in axis.recordings], axis)
+    axis, recordings = recorded(case)
+    return diagnose(recordings, axis)
 
 
 def main() -> None:

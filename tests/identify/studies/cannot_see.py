@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from collections import Counter, defaultdict
-from pathlib import Path
 
 import numpy as np
 
@@ -22,12 +20,11 @@ from identify.mismatch.residual import setting_of
 from identify.mismatch.score import leads
 from identify.mismatch.ways import guises
 from identify.mismatch.words import LIMITS
-from plant.axis_file import read_axis
 from plant.effects import find, names
-from plant.recording_files import read_recording_entry
 from tests.blind.frozen import digest, engine
+from tests.identify.studies.reading import recorded
 from tests.identify.studies.real_machines import ROOT
-from tests.reference.cases import CaseSpec, UndrawableError, draw_case, write_case
+from tests.reference.cases import CaseSpec, UndrawableError, draw_case
 
 PAGE = ROOT / "docs" / "what-it-cannot-see.md"
 EXCITATIONS = ("sine", "multisine", "two_squares", "loop_sine", "loop_trapezoid", "loop_cycle")
@@ -38,9 +35,7 @@ Seen = dict[str, tuple[float, str, float]]
 def looked_at(spec: CaseSpec) -> tuple[Seen, dict[tuple[str, str], float]]:
     """Smallest sizes, units and forces over F_c by effect; cosines by pair."""
     case = draw_case(spec)
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_case(case, Path(folder)))
-        recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+    axis, recordings = recorded(case)
     fitted = fit_baseline(gather(recordings, axis).train, axis, 0)
     ways = guises({name: find(name) for name in names()}, setting_of(fitted.problem, fitted.x))
     level = case.plant.coulomb_force

@@ -5,18 +5,15 @@ Machines of training seeds; CPU time, so that a busy computer changes nothing. P
 """
 
 import argparse
-import tempfile
 import time
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 
 from identify.mismatch.diagnosis import diagnose
 from monitor.cli.course import Course
-from plant.axis_file import read_axis
-from plant.recording_files import read_recording_entry
-from tests.reference.cases import CaseSpec, UndrawableError, draw_case, write_case
+from tests.identify.studies.reading import recorded
+from tests.reference.cases import CaseSpec, UndrawableError, draw_case
 
 HIDDEN = ((), ("rail_defect",), ("viscous_asymmetry",), ("dead_time",), ("rail_defect", "force_offset"), ("backlash",))
 MOTIONS = ("sine", "multisine", "loop_scurve")
@@ -25,9 +22,7 @@ MOTIONS = ("sine", "multisine", "loop_scurve")
 def heard(seed: int, number: int):
     """Steps of one diagnosis with the CPU time at which each began, and that of the end. [s]"""
     spec = CaseSpec(seed=seed, effects=HIDDEN[number % len(HIDDEN)], excitation=MOTIONS[number % len(MOTIONS)])
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_case(draw_case(spec), Path(folder)))
-        recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+    axis, recordings = recorded(draw_case(spec))
     steps, begin = [], time.process_time()
     found = diagnose(recordings, axis, progress=lambda doing: steps.append((time.process_time() - begin, doing)))
     return found.verdict, steps, time.process_time() - begin

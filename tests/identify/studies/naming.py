@@ -11,7 +11,6 @@ import argparse
 import dataclasses
 import json
 import pickle
-import tempfile
 import time
 from pathlib import Path
 
@@ -24,12 +23,10 @@ from identify.mismatch.inverse import effect_force
 from identify.mismatch.result import Diagnosis
 from identify.mismatch.rules import price, refusal
 from identify.mismatch.written import written
-from plant.axis_file import read_axis
-from plant.recording_files import read_recording_entry
 from tests.blind.plan import JUDGE_SEED, draw_spec
 from tests.blind.scoring import Score, score
 from tests.blind.sealing import Study, draw
-from tests.reference.cases import write_case
+from tests.identify.studies.reading import recorded
 
 
 def drawn(seed: int, index: int, folder: Path) -> tuple:
@@ -41,13 +38,6 @@ def drawn(seed: int, index: int, folder: Path) -> tuple:
     found = (label, None, None, None) if case is None else (label, case.plant, *recorded(case))
     kept.write_bytes(pickle.dumps(found))
     return found
-
-
-def recorded(case) -> tuple:
-    """Axis and recordings of a case, as a user would read them from its folder."""
-    with tempfile.TemporaryDirectory() as lonely:
-        axis = read_axis(write_case(case, Path(lonely)))
-        return axis, [read_recording_entry(entry, axis) for entry in axis.recordings]
 
 
 def oracle(conclusion: Conclusion, plant) -> dict | None:

@@ -9,11 +9,9 @@ with the running motion recorded once more instead, for that alone also adds evi
 from __future__ import annotations
 
 import argparse
-import tempfile
 import time
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -22,11 +20,10 @@ from identify.mismatch.experiment import NEEDED, settling
 from identify.mismatch.result import Diagnosis
 from identify.mismatch.separation import Motion as Wanted
 from plant.axis import Axis
-from plant.axis_file import read_axis
 from plant.recording import Recording
-from plant.recording_files import read_recording_entry
 from tests.blind.tables import rate
-from tests.reference.cases import Case, CaseSpec, UndrawableError, draw_case, write_case
+from tests.identify.studies.reading import recorded
+from tests.reference.cases import Case, CaseSpec, UndrawableError, draw_case
 from tests.reference.control import PD, Loop
 from tests.reference.excitation import Motion, Torque, with_derivatives
 from tests.reference.foreign import wandering
@@ -109,9 +106,7 @@ def main() -> None:
     given = parser.parse_args()
     ends: dict[str, Counter[str]] = {"proposed": Counter(), "repeated": Counter()}
     for effect, case in cases(given.cases, given.seed):
-        with tempfile.TemporaryDirectory() as folder:
-            axis = read_axis(write_case(case, Path(folder)))
-            recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+        axis, recordings = recorded(case)
         clock = time.perf_counter()
         first = diagnose(recordings, axis)
         seconds = time.perf_counter() - clock

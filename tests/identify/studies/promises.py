@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
 from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -21,10 +20,9 @@ import numpy as np
 
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Diagnosis
-from plant.axis_file import read_axis
-from plant.recording_files import read_recording_entry
 from tests.blind.tables import wilson
-from tests.reference.cases import CaseSpec, UndrawableError, draw_case, write_case
+from tests.identify.studies.reading import recorded
+from tests.reference.cases import CaseSpec, UndrawableError, draw_case
 from tests.reference.draws import CLOSED_KINDS, OPEN_KINDS
 
 # those whose first parameter goes with the size that is drawn
@@ -55,9 +53,7 @@ def answer(spec: CaseSpec) -> Diagnosis:
         UndrawableError: there is no such machine.
     """
     case = draw_case(spec)
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_case(case, Path(folder)))
-        recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+    axis, recordings = recorded(case)
     return diagnose(recordings, axis)
 
 

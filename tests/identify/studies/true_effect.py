@@ -12,7 +12,6 @@ import dataclasses
 import json
 import pickle
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -31,12 +30,10 @@ from identify.mismatch.residual import setting_of
 from identify.mismatch.score import extend
 from identify.mismatch.ways import guises
 from plant.axis import TorqueHold
-from plant.axis_file import read_axis
 from plant.effects import find, names
-from plant.recording_files import read_recording_entry
 from tests.blind.plan import draw_spec
 from tests.blind.sealing import Study, draw
-from tests.reference.cases import write_case
+from tests.identify.studies.reading import recorded
 
 FRICTION = ("coulomb_force", "static_force", "stribeck_velocity", "viscous_coefficient")
 SAME = 2.0  # of the loss: fits closer than this have come to the same place
@@ -116,9 +113,7 @@ def measured(seed: int, store: Path, kind: str = "single") -> dict[str, Any] | N
     if found is None:
         return None
     label, case = found["label"], found["case"]
-    with tempfile.TemporaryDirectory() as folder:
-        axis = read_axis(write_case(case, Path(folder)))
-        recordings = [read_recording_entry(entry, axis) for entry in axis.recordings]
+    axis, recordings = recorded(case)
     doubtful = all(r.loop == "closed" and r.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN) for r in recordings)
     clock = time.process_time()
     evidence, baseline = read_torque(gather(recordings, axis), axis, doubtful, 0)
