@@ -55,6 +55,15 @@ def read_torque(gathered: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
     return _without_outliers(chosen, best)
 
 
+def felt(logged: Evidence, axis: Axis, seed: int) -> bool:
+    """Whether the axis has felt a loop's force as it was logged: nothing else it is read as is nearly as likely.
+
+    A loop answers the noise of its sensor from sample to sample; held so long, that moves the axis.
+    """
+    held, *others = (fit_baseline(one.train, axis, seed).found.criterion for one in (logged, *_readings(logged)))
+    return all(held < other - LIKELIER for other in others)
+
+
 def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) -> tuple[Evidence, Fit] | None:
     """Evidence and baseline with the torque read as the model `chosen` on `current` asks for; None: it is read so.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
-from identify.mismatch.baseline import fit_baseline, read_again, read_torque
+from identify.mismatch.baseline import felt, fit_baseline, read_again, read_torque
 from identify.mismatch.carried import carried
 from identify.mismatch.compare import Fit, fit
 from identify.mismatch.conclusion import Conclusion
@@ -42,7 +42,7 @@ Floats = NDArray[np.float64]
 
 FEWEST_MOVING = 100  # samples in motion
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
-RESTLESS = 0.3  # of the variance of a loop's logged force, white: what acted between the samples is not known
+RESTLESS = 0.3  # of the variance of a loop's logged force, white: what acted is known where the axis has felt that
 KNOWN_AT_BEST = 1e-3  # of a scaled unknown: friction repeats no better
 UNKNOWN = 3.0  # of a scaled unknown: a prior that hardly binds
 ELASTIC = 0.8  # of the force's variance that goes with the position: machines that slide have 0.4 at most
@@ -95,11 +95,12 @@ def conclude(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
-    restless = _restless(gather(recordings, axis).train.force) if doubtful else 0.0
-    if restless > RESTLESS:
+    logged = gather(recordings, axis)
+    restless = _restless(logged.train.force) if doubtful else 0.0
+    if restless > RESTLESS and not felt(logged, axis, seed):
         reason = (
-            f"{restless:.0%} of the logged force is restlessness from sample to sample: what acted between the samples "
-            "of this loop is not known; log its mean, or filter the loop's velocity"
+            f"{restless:.0%} of the logged force is restlessness from sample to sample that the axis has not felt so: "
+            "what acted between the samples of this loop is not known; log its mean, or filter the loop's velocity"
         )
         return _insufficient(recordings, axis, seed, reason)
 
