@@ -262,11 +262,19 @@ class Conclusion:
 
     @property
     def _odder(self) -> bool:
-        """Whether as many effects, one of which cannot be what it is called, are likelier than the chosen ones."""
+        """Whether as many effects, one of which cannot be what it is called, are likelier than the chosen ones.
+
+        On the fitted data, and on all where unseen ones are likelier with the chosen.
+        """
         chosen, steps = self.selection.chosen, self.selection.steps
-        stages = [(tried, steps[min(number, len(steps) - 1)]) for number, tried in enumerate(self.selection.rivals)]
-        odd = [step for tried, best in stages for step in tried if step.misplaced and not outdone(step, best)]
-        return any(len(s.fit.names) <= len(chosen.names) and cost(s.fit) < cost(chosen) - TIED_BIC for s in odd)
+        for number, tried in enumerate(self.selection.rivals):
+            best = steps[min(number, len(steps) - 1)]
+            odd = [one for one in tried if one.misplaced and not outdone(one, best)]
+            for one in odd:
+                worse = cost(one.fit) + max(best.evidence.foreseen - one.evidence.foreseen, 0.0)
+                if len(one.fit.names) <= len(chosen.names) and worse < cost(chosen) - TIED_BIC:
+                    return True
+        return False
 
     @cached_property
     def explains(self) -> bool:

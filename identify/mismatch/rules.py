@@ -202,8 +202,12 @@ def decided(evidence: Comparison) -> bool:
 
 
 def overwhelming(evidence: Comparison) -> bool:
-    """True where fitted and unseen data, without the best blocks of either, are far likelier, and agree on it."""
-    return lasting(evidence) and foretold(evidence)
+    """True where fitted and unseen data, without the best blocks of either, are far likelier, and agree on it.
+
+    Unseen ones by themselves, or nearly so and together with the fitted ones.
+    """
+    together = evidence.foreseen_z > Z_LEAST and evidence.z + evidence.foreseen_z > 2.0 * FORESEEN_Z
+    return lasting(evidence) and (together or foretold(evidence))
 
 
 def lasting(evidence: Comparison) -> bool:
@@ -325,8 +329,10 @@ def best_of(steps: list[Step]) -> Step | None:
         if _of_other_data(step, best):
             continue
         stranger = step.refused == NO_NAME
-        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - TIED_BIC and not outdone(step, best)
-        foretells = stranger and step.evidence.unseen < left and _cost_of_all(step) < _cost_of_all(best) - TIED_BIC
+        shape = LESSER * all_told(best.evidence) if stranger else 0.0  # how imperfectly that of the name is known
+        by = max(TIED_BIC, shape)
+        likelier = step.misplaced and cost(step.fit) < cost(best.fit) - by and not outdone(step, best)
+        foretells = stranger and step.evidence.unseen < left and _cost_of_all(step) < _cost_of_all(best) - by
         far = step.evidence.bic < FAR * best.evidence.bic and step.evidence.foreseen > best.evidence.foreseen
         truer = left > PROVEN or (stranger and step.evidence.unseen < (FAR_TRUER if far else TRUER) * left)
         if (likelier or foretells) and truer:

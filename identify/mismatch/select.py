@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 from identify.mismatch.bends import bend
@@ -231,7 +231,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
 
     What a second one needs may be known to be at `least` so much evidence.
     """
-    looks = 0
+    looks = early = 0
     while len(selection.steps) < MOST_EFFECTS:
         before, looks = selection.chosen, looks + 1
         taken = {guise.name for guise in before.problem.guises}
@@ -243,7 +243,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
         aside = (None if late else clock_shift(steps)) or other_curve(steps) or fine_bristles(steps)
         if aside is not None:
-            selection.chosen = aside.fit
+            selection.chosen, early = aside.fit, len(selection.steps)
             continue
         so_far = _of_shapes(selection.steps, selection.explained(current))
         near = functools.cache(functools.partial(acting, current.problem, current.x))
@@ -257,11 +257,11 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         enough = LESSER * _of_shapes(selection.steps, selection.explained(current), _local(current))
         if best is None or (selection.steps and not _enough(best.evidence, enough)):
             break
+        early = len(selection.steps)
         selection.steps.append(best)
         selection.chosen = best.fit
     _straighten(selection)
-    if len(selection.steps) > 1:
-        _reconsider(selection, search)
+    _reconsider(selection, search, selection.steps[:early])
     if selection.steps:
         _try_twins(selection, search)
     return selection
@@ -346,14 +346,15 @@ def _straighten(selection: Selection) -> None:
         selection.steps[-1], selection.chosen = replace(last, fit=straight, evidence=evidence), straight
 
 
-def _reconsider(selection: Selection, search: Search) -> None:
-    """Put each effect to the test once the others are in: is it still needed, and is it still it?
+def _reconsider(selection: Selection, search: Search, early: Sequence[Step]) -> None:
+    """Put each effect that was found `early` to the test once all else is in: is it still needed, and is it still it?
 
-    Its twins compete, and whatever earned a name at any stage. A first name is chosen while the others are missing, and
-    then shaped by what it stands in for. What has little left beside a twin, from few places, is not needed.
+    Its twins compete, and whatever earned a name at any stage. A first name is chosen while the others are missing, or
+    how friction falls with speed, and then shaped by what it stands in for. What has little left beside a twin, from
+    few places, is not needed.
     """
     earned = {s.guise.name for stage in (selection.opening, *selection.rivals) for s in stage if s.refused is None}
-    for step in list(selection.steps[:-1]):
+    for step in early:
         rest = without(selection.chosen, step.guise)
         kin = TWINS.get(step.guise.name, frozenset())
         others = [other for other in selection.steps if other is not step]

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import dataclasses
 
-from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
 from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import EXACT, Selection
+from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
@@ -29,7 +29,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         turned: with their roles exchanged.
     """
     told = [(found, step) for found in (first, turned) if (step := _leader(found)) is not None]
-    if len(told) < 2 or not _agree(*told):
+    if len(told) < 2 or sum(step.evidence.foreseen for _, step in told) < 2.0 * FORESEEN or not _agree(*told):
         return None
     found, step = min(told, key=lambda one: one[1].evidence.unseen)
     named = dataclasses.replace(step, refused=None)
@@ -49,7 +49,7 @@ def _leader(found: Conclusion) -> Step | None:
         return None
     first, *others = sorted(found.selection.opening, key=lambda step: -_everywhere(step))
     told = first.evidence
-    if first.guise.name in ONCE or told.bic > BIC_STRONG or told.foreseen < FORESEEN:
+    if first.guise.name == STEP or told.bic > BIC_STRONG or told.foreseen < 0.0:
         return None
     if first.guise.name in found.outgrown:
         return None
