@@ -95,13 +95,8 @@ def conclude(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
     )
-    logged = gather(recordings, axis)
-    restless = _restless(logged.train.force) if doubtful else 0.0
-    if restless > RESTLESS and not felt(logged, axis, seed):
-        reason = (
-            f"{restless:.0%} of the logged force is restlessness from sample to sample that the axis has not felt so: "
-            "what acted between the samples of this loop is not known; log its mean, or filter the loop's velocity"
-        )
+    reason = _too_restless(gather(recordings, axis), axis, seed) if doubtful else None
+    if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
 
     def judged_by(judges: Judges) -> Conclusion | Diagnosis:
@@ -216,6 +211,17 @@ def _search(evidence: Evidence, baseline: Fit, native: float, progress: Tell) ->
     ways = guises({name: find(name) for name in names()}, setting)
     offered = [*ways, *uncatalogued(setting, names()), curve()]
     return setting, ways, select(baseline, offered, evidence.held_out, progress)
+
+
+def _too_restless(logged: Evidence, axis: Axis, seed: int) -> str | None:
+    """Why what acted between the samples of a loop is not known, or None."""
+    restless = _restless(logged.train.force)
+    if restless <= RESTLESS or felt(logged, axis, seed):
+        return None
+    return (
+        f"{restless:.0%} of the logged force is restlessness from sample to sample that the axis has not felt so: what "
+        "acted between the samples of this loop is not known; log its mean, or filter the loop's velocity"
+    )
 
 
 def _restless(force: Floats) -> float:

@@ -299,6 +299,33 @@ def test_a_detour_begins_with_the_likeliest_name_and_with_no_stranger(priced, mo
     assert tried == ["position_spring", "transmission_compliance"]
 
 
+def test_a_name_whose_shape_differs_a_little_is_no_stranger(priced):
+    """A train case: a spring had 1517 and 1512 of unseen data, the same with 4 mm of play 6 and 36 more."""
+    spring = step("position_spring", -1517.0, unseen=0.518, foreseen=1512.0)
+    assert best_of([spring, step("spring_with_play", -1523.0, NO_NAME, 0.513, 1548.0)]) is spring
+    assert best_of([spring, step("spring_with_play", -1523.0, NO_NAME, 0.513, 1618.0)]) is None
+    assert best_of([spring, step("spring_with_play", -1600.0, NO_NAME, 0.518, 1512.0)]) is spring
+    assert best_of([spring, step("spring_with_play", -1620.0, NO_NAME, 0.518, 1512.0)]) is None
+
+
+def test_a_name_is_put_to_the_test_beside_another_exponent_that_came_after_it(priced, monkeypatch):
+    """A train case: load-dependent friction and a mass had 257 each; beside an exponent of 0.75, friction 64 more."""
+    mass, bent = step("inertia_error", -257.0), step(CURVE, -600.0, NO_NAME)
+    friction = step("load_dependent_friction", -664.0)
+    monkeypatch.setattr(select, "without", lambda *_: "rest")
+    monkeypatch.setattr(select, "compare", lambda *_: mass.evidence)
+    monkeypatch.setattr(select, "price", lambda fit: {"rest": -343.0}.get(fit, fit))
+    monkeypatch.setattr(select, "_local", lambda _: set())
+    monkeypatch.setattr(select.Search, "explore", lambda *_: ("rest", [friction]))
+    selection = Selection(0.0, bent.fit, [mass], [[mass]], [mass])
+    select._reconsider(selection, nothing(), [])
+    assert selection.steps == [mass]
+    select._reconsider(selection, nothing(), [mass])
+    assert selection.steps == [friction]
+    assert selection.chosen is friction.fit
+    assert selection.rivals == [[friction, mass]]
+
+
 def test_what_mends_the_next_sample_only_keeps_no_name_from_what_foretells_a_second(priced):
     """A gap of a hair beside a rail defect had 8163 and left .91, warmth 1012 and left .20."""
     hair = step("backlash", -8163.0, "its size of 1e-05", unseen=0.91, foreseen=2850.0)
@@ -457,7 +484,7 @@ def test_what_has_little_left_beside_a_twin_must_have_it_from_many_places(monkey
     monkeypatch.setattr(select.Search, "explore", lambda *_: ("rest", []))
     steps = [step("coulomb_asymmetry", -evidence), step(kin, -1300.0)]
     selection = Selection("baseline", "chosen", list(steps), [[steps[0]], [steps[1]]], [steps[1]])
-    select._reconsider(selection, nothing())
+    select._reconsider(selection, nothing(), selection.steps[:1])
     assert [one.guise.name for one in selection.steps] == ["coulomb_asymmetry"] * kept + [kin]
     assert selection.chosen == ("chosen" if kept else "rest")
 
