@@ -39,6 +39,7 @@ def test_overwhelming_evidence_that_takes_latent_force_away_needs_no_free_run():
         return refusal(*drag, Comparison(-5000.0, 9.0, -4000.0, 1.2, 1.3, **seen), 10.0)
 
     assert weighed() is None
+    assert weighed(foreseen_z=2.7) is None, "fitted and unseen data agree together"
     for weak in ({"lacking": 0.5}, {"again": 90.0}, {"foreseen_z": 2.0}):
         assert "predict" in weighed(**weak)
 

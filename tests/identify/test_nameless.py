@@ -163,6 +163,25 @@ def test_what_is_odd_and_likelier_keeps_no_name_that_all_data_together_prefer(mo
     assert outdone(odd, doubled) is named
 
 
+@pytest.mark.parametrize(("foreseen", "odder"), [(39.0, False), (190.0, True)])
+def test_what_is_odd_must_be_likelier_of_unseen_data_too_to_take_a_chosen_name(monkeypatch, foreseen, odder):
+    """A train case: a spring had 178 and 191 of unseen data, the same with play 208 and 39."""
+    monkeypatch.setattr("identify.mismatch.conclusion.cost", lambda fitted: fitted.price)
+    monkeypatch.setattr("identify.mismatch.rules.cost", lambda fitted: fitted.price)
+
+    def seen(bic, unseen, foreseen, **how):
+        told = step(bic, **how)
+        fit = SimpleNamespace(price=bic, names=("one",))
+        return dataclasses.replace(
+            told, fit=fit, evidence=dataclasses.replace(told.evidence, unseen=unseen, foreseen=foreseen)
+        )
+
+    spring = seen(-178.0, 0.04, 191.0, name="position_spring")
+    play = seen(-208.0, 0.19, foreseen, refused=NO_NAME, name="spring_with_play")
+    selection = SimpleNamespace(chosen=spring.fit, steps=[spring], rivals=[[play, spring]])
+    assert Conclusion._odder.fget(SimpleNamespace(selection=selection)) is odder
+
+
 def test_a_name_that_needs_a_constant_force_beside_it_costs_one_more_unknown():
     def fitted(offset, names=(), half=0.5):
         scales, samples = SimpleNamespace(force=50.0), SimpleNamespace(used=1000)
