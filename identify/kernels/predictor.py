@@ -78,13 +78,13 @@ def predict(
                     error[k, block + j] = 0.0
             if k + 1 < n and run[k + 1] == current:
                 h = steps[k] / substeps
-                half, inverse_h = 0.5 * h, 1.0 / h
+                inverse_h = 1.0 / h
                 slope = (after[k] - force[k]) / substeps
                 for i in range(substeps):
                     middle = force[k] + (i + 0.5) * slope
                     for j in range(WIDTH):
                         v = c[11, j]
-                        ahead = advance_velocity(
+                        ahead, mean = advance_velocity(
                             v,
                             middle - c[5, j] + c[4, j] * c[12, j],
                             c[4, j] * inverse_h,
@@ -93,7 +93,7 @@ def predict(
                             c[2, j],
                             c[3, j],
                         )
-                        c[10, j] += half * (v + ahead)
+                        c[10, j] += h * mean
                         c[11, j] = ahead
                 for j in range(WIDTH):
                     c[12, j] *= c[9, j]

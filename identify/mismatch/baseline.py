@@ -10,7 +10,7 @@ from scipy.ndimage import convolve1d
 
 from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
-from identify.mismatch.extended import ExtendedProblem
+from identify.mismatch.extended import MOST, ExtendedProblem
 from identify.mismatch.rules import price
 from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
@@ -19,6 +19,7 @@ from identify.search import observer_search
 from plant.axis import Axis
 
 LIKELIER = 30.0  # twice the log-likelihood by which another reading of the torque must win
+LITTLE = 10.0  # twice the log-likelihood that shorter steps may change
 MISREAD = {"transmission_compliance", "actuator_lag", "dead_time"}  # what a wrong reading of the torque looks like
 READINGS = {  # of a torque logged as held by a loop that runs faster than the log
     "straight between samples": (1.0,),
@@ -31,7 +32,18 @@ def fit_baseline(samples: Samples, axis: Axis, seed: int) -> Fit:
     """Fit the baseline model to `samples`."""
     plain = FrictionProblem(samples, axis)
     found = observer_search(plain, np.random.default_rng(seed))
-    return Fit(ExtendedProblem(samples, axis, scales=plain.scales), found)
+    return _finely(Fit(ExtendedProblem(samples, axis, scales=plain.scales), found))
+
+
+def _finely(found: Fit) -> Fit:
+    """The same model in steps so short that shorter ones change little: some effects ask for those by themselves."""
+    while (substeps := found.problem.substeps) < MOST:
+        finer = found.problem.stepping(found.problem.samples.sample_time / min(2 * substeps, MOST))
+        x, gain = found.x[None], found.found.gain
+        if abs(finer.losses(x, gain)[0] - found.problem.losses(x, gain)[0]) < LITTLE:
+            break
+        found = fit(finer, x)
+    return found
 
 
 def read_torque(gathered: Evidence, axis: Axis, doubtful: bool, seed: int) -> tuple[Evidence, Fit]:

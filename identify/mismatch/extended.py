@@ -17,7 +17,7 @@ from identify.criterion import FREE
 from identify.kernels.machine_predictor import predict_machine
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
-from identify.problem import FINEST_SUBSTEP, FrictionProblem, Scales
+from identify.problem import FINEST_SUBSTEP, LONGEST_SUBSTEP, FrictionProblem, Scales
 from identify.threads import side_by_side
 from plant.axis import Axis
 from plant.effects.effect import Surroundings
@@ -44,6 +44,7 @@ class ExtendedProblem(FrictionProblem):
         scales: Scales | None = None,
         first_state: Floats | None = None,
         most_substeps: int | None = None,
+        longest_substep: float = LONGEST_SUBSTEP,
         known: tuple[Floats, Floats] | None = None,
     ) -> None:
         """Order the effects as their laws run.
@@ -57,9 +58,11 @@ class ExtendedProblem(FrictionProblem):
             first_state: as for the baseline.
             most_substeps: per sample; one-step errors forgive steps that a free run would not. None: none shorter than
                 FINE_ENOUGH, and no more than MOST.
+            longest_substep: of the baseline. [s]
             known: centre and standard deviation of the baseline's unknowns from elsewhere. (base,) each
         """
-        super().__init__(samples, axis, scales=scales, first_state=first_state)
+        super().__init__(samples, axis, scales=scales, first_state=first_state, longest_substep=longest_substep)
+        self.longest_substep = longest_substep
         self.base = self.p
         self._usual = self.substeps
         if most_substeps is None:
@@ -91,6 +94,10 @@ class ExtendedProblem(FrictionProblem):
         """The same problem with up to `most_substeps` a sample, where an effect asks for them."""
         return self._other(most_substeps=most_substeps)
 
+    def stepping(self, longest_substep: float) -> ExtendedProblem:
+        """The same problem, and whatever is made of it, with the baseline marched in steps of so long at most. [s]"""
+        return self._other(longest_substep=longest_substep)
+
     def including(self, guises: tuple[Guise, ...]) -> ExtendedProblem:
         """The same data with other effects."""
         return self._other(guises=guises)
@@ -109,6 +116,7 @@ class ExtendedProblem(FrictionProblem):
             "scales": self.scales,
             "first_state": self.first_state,
             "most_substeps": self.most_substeps,
+            "longest_substep": self.longest_substep,
             "known": self.known,
         }
         return type(self)(**{**same, **changed})

@@ -227,6 +227,7 @@ def _solve_one(b: Floats, inverse_h: float) -> None:
         inverse = 1.0 / (inertia + half)
         ahead = (q - dry) * inverse
         b[AHEAD + j] = ahead
+        b[VELOCITY + j] = 0.5 * (v + ahead)
         b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead)
 
 
@@ -249,9 +250,9 @@ def _resist_and_solve(b: Floats, inverse_h: float) -> None:
         down = max(level * b[BACKWARD + j] + added, 0.0)
         inverse = 1.0 / (inertia + half)
         slide = (q - (up if v > 0.0 else -down)) * inverse
-        ahead = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
+        ahead, mean = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
         b[AHEAD + j] = ahead
-        b[VELOCITY + j] = 0.5 * (v + ahead)
+        b[VELOCITY + j] = mean
         b[FRICTION + j] = force - inertia * (ahead - v)
 
 
@@ -289,7 +290,9 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         at_rest = on_load - b[HELD + j]
         slide = (q - (up if v > 0.0 else -down)) * inverse
         restart = (at_rest - min(max(at_rest, -down), up)) * inverse
-        ahead = slide if bristles else turning(v, slide, restart)
+        turned, mean = turning(v, slide, restart)
+        ahead = slide if bristles else turned
+        b[VELOCITY + j] = 0.5 * (v + ahead) if bristles else mean
         middle = (on_motor + 0.5 * coupling * (v + ahead)) / (motor + coupling)
         b[AHEAD + j] = ahead
         b[MOTOR_AHEAD + j] = 2.0 * middle - w
@@ -301,9 +304,7 @@ def _move(b: Floats, h: float, two: bool, bristles: bool) -> None:
     """Second half of the drift; speeds and bristles reach the end of the sub-step."""
     half = 0.5 * h
     for j in range(LANES):
-        both = b[SPEED + j] + b[AHEAD + j]
-        b[POSITION + j] += half * both
-        b[VELOCITY + j] = 0.5 * both
+        b[POSITION + j] += h * b[VELOCITY + j]
         b[SPEED + j] = b[AHEAD + j]
     if two:
         for j in range(LANES):

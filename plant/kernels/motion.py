@@ -53,9 +53,9 @@ def _advance_rigid(b: Floats, drive: float, h: float, substeps: int) -> None:
     step = h / substeps
     inertia, force, v = b[MASS] / step, drive - b[AGAINST], b[SPEED]
     for _ in range(substeps):
-        ahead = advance_velocity(v, force, inertia, b[COULOMB], b[BUMP], b[INVERSE_STRIBECK], b[VISCOUS])
+        ahead, mean = advance_velocity(v, force, inertia, b[COULOMB], b[BUMP], b[INVERSE_STRIBECK], b[VISCOUS])
         b[FRICTION] = force - inertia * (ahead - v)
-        b[POSITION] += 0.5 * step * (v + ahead)
+        b[POSITION] += step * mean
         v = ahead
     b[SPEED] = v
 

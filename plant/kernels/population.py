@@ -40,15 +40,15 @@ def march(
         positions[0, j] = y[j]
     for k in range(steps.shape[0]):
         h = steps[k] / substeps
-        half, inverse_h = 0.5 * h, 1.0 / h
+        inverse_h = 1.0 / h
         slope = (force[k + 1] - force[k]) / substeps if linear else 0.0
         for i in range(substeps):
             middle = force[k] + (i + 0.5) * slope
             for j in range(m):
-                ahead = advance_velocity(
+                ahead, mean = advance_velocity(
                     v[j], middle - against[j], mass[j] * inverse_h, coulomb[j], bump[j], inverse_stribeck[j], viscous[j]
                 )
-                y[j] += half * (v[j] + ahead)
+                y[j] += h * mean
                 v[j] = ahead
         for j in range(m):
             positions[k + 1, j] = y[j]

@@ -57,7 +57,7 @@ void march(long n, long m, const double *restrict force, double h_sample, long s
                 double apart = v[j] - slide;
                 double rest = v[j] / (apart != 0.0 ? apart : 1.0);
                 ahead = v[j] * slide > 0.0 ? slide : (1.0 - rest) * restart;
-                y[j] += half_h * (v[j] + ahead);
+                y[j] += half_h * (v[j] * slide > 0.0 ? v[j] + slide : rest * v[j] + (1.0 - rest) * ahead);
                 v[j] = ahead;
             }
         }

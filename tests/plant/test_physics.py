@@ -74,10 +74,11 @@ def test_energy_is_booked_to_the_last_digit(reading):
     path = push(force, 2000, axis, friction, substeps=1)
     way = np.diff(path.position)
     work = (force[:-1] - axis.mechanics.weight) * way
-    kinetic = np.diff(0.5 * 25.0 * path.velocity**2)
-    lost = path.friction_force[1:] * way
-    np.testing.assert_allclose(work, kinetic + lost, atol=1e-12)
-    assert (lost >= -1e-15).all()
+    lost = work - np.diff(0.5 * 25.0 * path.velocity**2)
+    turns = (path.velocity[:-1] != 0.0) & (path.velocity[1:] * path.velocity[:-1] <= 0.0)
+    assert 4 <= turns.sum() < 40
+    np.testing.assert_allclose((path.friction_force[1:] * way)[~turns], lost[~turns], atol=1e-12)
+    assert (lost >= -1e-12).all(), "where it turns, the mean of the friction says less than what it takes each way"
 
 
 def test_bristles_give_way_like_springs_before_they_break_away():
