@@ -21,6 +21,7 @@ from plant.axis import Axis
 LIKELIER = 30.0  # twice the log-likelihood by which another reading of the torque must win
 LITTLE = 10.0  # twice the log-likelihood that shorter steps may change
 MISREAD = {"transmission_compliance", "actuator_lag", "dead_time"}  # what a wrong reading of the torque looks like
+FELT = 1000.0  # the same by which a restless force must be likelier as logged: an axis that jumps with it is far surer
 READINGS = {  # of a torque logged as held by a loop that runs faster than the log
     "straight between samples": (1.0,),
     "straight, averaged over three samples": (0.25, 0.5, 0.25),
@@ -73,7 +74,7 @@ def felt(logged: Evidence, axis: Axis, seed: int) -> bool:
     A loop answers the noise of its sensor from sample to sample; held so long, that moves the axis.
     """
     held, *others = (fit_baseline(one.train, axis, seed).found.criterion for one in (logged, *_readings(logged)))
-    return all(held < other - LIKELIER for other in others)
+    return all(held < other - FELT for other in others)
 
 
 def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) -> tuple[Evidence, Fit] | None:
