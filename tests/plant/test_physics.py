@@ -62,8 +62,8 @@ def test_viscous_friction_alone_is_an_exponential_decay():
 
 
 def test_coulomb_friction_alone_stops_the_mass_after_v_squared_over_two_a():
-    path = push(0.0, friction=StribeckFriction(50.0, 50.0, 0.1, 0.0), velocity0=1.0)
-    assert path.position[-1] == pytest.approx(TOTAL / (2 * 50.0), abs=2e-5)
+    path = push(0.0, friction=StribeckFriction(50.0, 50.0, 0.1, 0.0), velocity0=1.003, substeps=1)
+    assert path.position[-1] == pytest.approx(1.003**2 * TOTAL / (2 * 50.0), rel=1e-12), "it stops within a sub-step"
     assert path.velocity[-1] == 0.0
 
 
