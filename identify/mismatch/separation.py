@@ -90,6 +90,7 @@ class Model:
             scales=dataclasses.replace(own.scales, mass=mass),
             first_state=np.array([[samples.position[0], 0.0]]),
             most_substeps=own.most_substeps,
+            longest_substep=own.longest_substep,
         )
         return moved
 
