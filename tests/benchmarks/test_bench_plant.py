@@ -66,7 +66,7 @@ def numpy_march() -> np.ndarray:
             restart = (force - np.clip(force, -level, level)) / (inertia + half)
             rest = np.divide(v, v - slide, out=np.zeros(M), where=v != 0)
             ahead = np.where(v * slide > 0, slide, (1.0 - rest) * restart)
-            y = y + 0.5 * h * (v + ahead)
+            y = y + 0.5 * h * np.where(v * slide > 0, v + slide, rest * v + (1.0 - rest) * ahead)
             v = ahead
         positions[k + 1] = y
     return positions
