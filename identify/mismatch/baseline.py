@@ -73,8 +73,8 @@ def felt(logged: Evidence, axis: Axis, seed: int) -> bool:
 
     A loop answers the noise of its sensor from sample to sample; held so long, that moves the axis.
     """
-    held, *others = (fit_baseline(one.train, axis, seed).found.criterion for one in (logged, *_readings(logged)))
-    return all(held < other - FELT for other in others)
+    held = fit_baseline(logged.train, axis, seed).found.criterion
+    return all(held < fit_baseline(other.train, axis, seed).found.criterion - FELT for other in _readings(logged))
 
 
 def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) -> tuple[Evidence, Fit] | None:
