@@ -504,7 +504,11 @@ class Conclusion:
 
     @cached_property
     def effects(self) -> tuple[FoundEffect, ...]:
-        """The chosen effects, the largest share first."""
+        """The chosen effects, the largest share first.
+
+        Where the fitted data alone cannot tell whether one is there and unseen data speak for it, its sizes are those
+        of both together.
+        """
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
         closed = self.recordings[-1].loop == "closed"
@@ -515,8 +519,12 @@ class Conclusion:
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
             share = self._share(rest)
-            values = no_better(guise.name, quantities(final, guise, other), stamped)
-            found.append(FoundEffect(guise.name, share, values, step.force_rms))
+            alone, both = (
+                FoundEffect(guise.name, share, no_better(guise.name, values, stamped), step.force_rms)
+                for values in (quantities(final, guise, other, pooled=pooled) for pooled in (False, True))
+            )
+            told = self.told_twice or step.evidence.foreseen > FORESEEN
+            found.append(both if told and may_be_absent(alone) else alone)
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
     @cached_property

@@ -52,16 +52,31 @@ def second_opinion(first: Fit, unseen: Samples) -> Measured:
     return measured(Fit(there.problem, found))
 
 
-def quantities(one: Measured, guise: Guise, second: Measured | None = None) -> dict[str, Quantity]:
-    """Reported parameters of `guise` by name, with 95 % intervals; those of logarithmic unknowns are asymmetric."""
+def quantities(
+    one: Measured, guise: Guise, second: Measured | None = None, *, pooled: bool = False
+) -> dict[str, Quantity]:
+    """Reported parameters of `guise` by name, with 95 % intervals; those of logarithmic unknowns are asymmetric.
+
+    Args:
+        one: the fit.
+        guise: the effect.
+        second: the same model fitted to other data; where both differ by more than chance, the intervals grow.
+        pooled: give the mean of both fits, each weighed by how well it is known, instead of the first.
+    """
     own = _on_scale(one, guise)
     other = {} if second is None else _on_scale(second, guise)
     found = {}
     for name, (value, unit, at, half) in own.items():
         if name in other and name != "time":  # unseen data have another clock, or none of the moment
             _, _, there, half_there = other[name]
-            beyond = (there - at) ** 2 - (half**2 + half_there**2) / NORMAL**2  # chance
-            half = NORMAL * float(np.sqrt(half**2 / NORMAL**2 + 0.5 * max(beyond, 0.0)))
+            apart = 0.5 * max((NORMAL * (there - at)) ** 2 - half**2 - half_there**2, 0.0)  # beyond chance
+            half = float(np.sqrt(half**2 + apart))
+            if pooled and min(half, half_there) > 0.0:  # a bound is known to itself only
+                linear = at == value
+                weight = 1.0 / (1.0 + half**2 / (half_there**2 + apart))
+                at += (1.0 - weight) * (there - at)
+                half *= float(np.sqrt(weight))
+                value = at if linear else float(np.exp(at))
         if name == "rest_position" and _takes_constant(one.fit.problem, guise):
             half = float(np.hypot(half, one.fit.problem.ordinary_constant / abs(own["stiffness"][0])))
         if at == value:

@@ -1,13 +1,15 @@
 """A name that two recordings give, each fitted by itself: that stands in for agreement within one of them.
 
-A stop that is touched once a stroke has its evidence in few places of a recording, and a gap whose state nobody knows
-makes every free run worse. Chance is in few places, too; but another recording does not have the same chance, of the
-same size at the same place.
+A stop that is touched once a stroke has its evidence in few places of a recording, a gap whose state nobody knows makes
+every free run worse, and a drag is hardly felt in the slower of two motions. Chance is small and in few places, too; but
+another recording does not have the same chance, of the same size at the same place. Each of the two is predicted by what
+was fitted to the other: what they tell together was told by data that nothing was fitted to.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from identify.mismatch.conclusion import Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
@@ -19,19 +21,57 @@ from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
+EVEN = 4.0  # standard errors: what unseen data of both tell so evenly need not be as likely in the fitted ones of each
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Both:
+    """One effect on top of the baseline in two conclusions, in its likeliest way in each; None where it was unlikely."""
+
+    steps: tuple[Step | None, Step | None]
+
+    @property
+    def told(self) -> list[Step]:
+        """Those that are there."""
+        return [step for step in self.steps if step is not None]
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.told[0].guise.name
+
+    @property
+    def evidence(self) -> float:
+        """Evidence of all data, fitted and unseen, in both. [1]"""
+        return sum(map(_everywhere, self.told))
+
+    @property
+    def left(self) -> float:
+        """One-second error on unseen data over the baseline's, geometric mean of both. [1]"""
+        return math.prod(step.evidence.unseen for step in self.told) ** 0.5
+
+    @property
+    def sure(self) -> bool:
+        """Whether unseen data of both speak for it, and fitted ones of each, or else unseen ones in most places."""
+        told = [step.evidence for step in self.told]
+        if len(told) < 2 or min(one.foreseen for one in told) < 0.0:
+            return False
+        if sum(one.foreseen for one in told) < 2.0 * FORESEEN or sum(one.bic for one in told) > BIC_STRONG:
+            return False
+        return sum(one.foreseen_z for one in told) > EVEN * 2.0**0.5 or max(one.bic for one in told) <= BIC_STRONG
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
-    """The one name that leads in two conclusions, neither of which stands by itself; None where none is sure.
+    """The one name that leads in two conclusions together, neither of which stands by itself; None where none is sure.
 
     Args:
         first: fitted to the recordings before the last, which judges.
         turned: with their roles exchanged.
     """
-    told = [(found, step) for found in (first, turned) if (step := _leader(found)) is not None]
-    if len(told) < 2 or sum(step.evidence.foreseen for _, step in told) < 2.0 * FORESEEN or not _agree(*told):
+    both = _leader(first, turned)
+    if both is None or not _agree((first, turned), both.told):
         return None
-    found, step = min(told, key=lambda one: one[1].evidence.unseen)
+    found, step = min(zip((first, turned), both.told, strict=True), key=lambda one: one[1].evidence.unseen)
     named = dataclasses.replace(step, refused=None)
     selection = Selection.beginning(named, found.selection.baseline, found.selection.opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
@@ -39,31 +79,37 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     return sure if known and (sure.error_left < BETTER or lasting(step.evidence)) else None
 
 
-def _leader(found: Conclusion) -> Step | None:
-    """What all data together make far likelier than any other name on top of the baseline; or None.
+def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
+    """What all data of both together make far likelier than any other name on top of the baseline; or None.
 
     Physics in no catalogue must only be less likely, unless it predicts better: some of it acts in one place, and so
     does what is asked for here.
     """
-    if found.selection.aside or not found.selection.opening:
+    if any(found.selection.aside or not found.selection.opening for found in (first, turned)):
         return None
-    first, *others = sorted(found.selection.opening, key=lambda step: -_everywhere(step))
-    told = first.evidence
-    if first.guise.name == STEP or told.bic > BIC_STRONG or told.foreseen < 0.0:
+    ours, theirs = map(_likeliest, (first, turned))
+    every = [Both((ours.get(name), theirs.get(name))) for name in ours.keys() | theirs.keys()]
+    leader, *others = sorted(every, key=lambda both: -both.evidence)
+    if leader.name == STEP or leader.name in first.outgrown | turned.outgrown or not leader.sure:
         return None
-    if first.guise.name in found.outgrown:
-        return None
-    least = _everywhere(first) - max(TIED_BIC, KNOWN * _everywhere(first))
-    rivals = [other for other in others if other.guise.depends is None or other.evidence.unseen < told.unseen]
-    if any(_everywhere(rival) > least and not _equal(first, rival) for rival in rivals):
-        return None
-    return first if misplacement(first.fit, first.guise, told, first.acting) is None else None
+    least = leader.evidence - max(TIED_BIC, KNOWN * leader.evidence)
+    for rival in others:
+        stranger = any(step.guise.depends is not None for step in rival.told)
+        if rival.evidence > least and not _equal(leader, rival) and (not stranger or rival.left < leader.left):
+            return None
+    strange = [misplacement(step.fit, step.guise, step.evidence, step.acting) for step in leader.told]
+    return leader if strange == [None, None] else None
 
 
-def _equal(one: Step, other: Step) -> bool:
-    """Whether two steps are one name, or two that grow with the force and that these data cannot tell apart."""
-    names = {one.guise.name, other.guise.name}
-    return len(names) == 1 or (names <= WITH_FORCE and abs(_everywhere(one) - _everywhere(other)) < TIED_BIC)
+def _likeliest(found: Conclusion) -> dict[str, Step]:
+    """Name -> its likeliest way on top of the baseline, by all data; one that may be called so, if there is one."""
+    ways = sorted(found.selection.opening, key=lambda step: (not step.misplaced, _everywhere(step)))
+    return {step.guise.name: step for step in ways}
+
+
+def _equal(one: Both, other: Both) -> bool:
+    """Whether two names grow with the force and these data cannot tell them apart."""
+    return {one.name, other.name} <= WITH_FORCE and abs(one.evidence - other.evidence) < TIED_BIC
 
 
 def _everywhere(step: Step) -> float:
@@ -71,11 +117,9 @@ def _everywhere(step: Step) -> float:
     return step.evidence.foreseen - step.evidence.bic
 
 
-def _agree(*told: tuple[Conclusion, Step]) -> bool:
-    """Whether two steps are the same effect, every size of which may be the same."""
-    if len({step.guise.name for _, step in told}) > 1:
-        return False
-    one, other = (_sizes(found, step) for found, step in told)
+def _agree(found: tuple[Conclusion, Conclusion], steps: list[Step]) -> bool:
+    """Whether every size of one effect may be the same in both."""
+    one, other = map(_sizes, found, steps)
     for name in one.keys() & other.keys():
         ours, theirs = one[name].ci95, other[name].ci95
         if ours is not None and theirs is not None and not overlap(ours, theirs):

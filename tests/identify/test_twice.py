@@ -23,10 +23,15 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **
     """A conclusion without a name, whose opening is led by `name`."""
     told = dataclasses.replace(TOLD, **changed)
     steps = [
-        SimpleNamespace(guise=SimpleNamespace(name=name, depends=None), evidence=told, fit=None, acting=5.0),
         SimpleNamespace(
+            misplaced=False, guise=SimpleNamespace(name=name, depends=None), evidence=told, fit=None, acting=5.0
+        ),
+        SimpleNamespace(
+            misplaced=False,
             guise=SimpleNamespace(name=second, depends=depends),
             evidence=dataclasses.replace(told, bic=told.bic + behind),
+            fit=None,
+            acting=5.0,
         ),
     ]
     return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set(), said=set())
@@ -44,9 +49,10 @@ def sized(monkeypatch):
 
 
 def test_what_leads_in_both_with_sizes_that_agree_leads(sized):
-    told = [(found, twice._leader(found)) for found in (led_by(), led_by())]
-    assert [step.guise.name for _, step in told] == ["end_stop"] * 2
-    assert twice._agree(*told)
+    found = led_by(), led_by()
+    leader = twice._leader(*found)
+    assert leader.name == "end_stop"
+    assert twice._agree(found, leader.told)
 
 
 def test_sizes_are_those_of_the_last_polish_where_the_effect_was_chosen(monkeypatch):
@@ -55,7 +61,7 @@ def test_sizes_are_those_of_the_last_polish_where_the_effect_was_chosen(monkeypa
     monkeypatch.setattr(twice, "measured", lambda fit: fit)
     monkeypatch.setattr(twice, "quantities", lambda fit, guise: (fit, guise))
     found = led_by("dwell_time_stiction")
-    leader = twice._leader(found)
+    leader = found.selection.opening[0]
     assert twice._sizes(found, leader) == (None, leader.guise)
     found.said = {"dwell_time_stiction"}
     found.final = SimpleNamespace(problem=SimpleNamespace(guise=lambda name: f"polished {name}"))
@@ -65,12 +71,11 @@ def test_sizes_are_those_of_the_last_polish_where_the_effect_was_chosen(monkeypa
 @pytest.mark.parametrize(
     "other",
     [
-        {"name": "backlash"},
+        {"name": "backlash", "second": "position_spring"},
         {"foreseen": 15.0},  # what judges is hardly likelier
         {"foreseen": -1.0},
-        {"bic": -50.0},
-        {"behind": 150.0},  # something else is nearly as likely
-        {"bic": -100.0, "behind": 22.0},
+        {"bic": -50.0},  # the fitted data of one hardly tell it, and the unseen ones of both in few places
+        {"name": "rail_defect", "second": "end_stop", "behind": 690.0},  # both together are nearly as likely of either
     ],
 )
 def test_what_leads_in_one_only_is_no_name(sized, other):
@@ -81,16 +86,44 @@ def test_what_all_data_together_prefer_leads(sized):
     """A chirp told an asymmetry with 136, a mass with 144; the other recording, not fitted, 2046 and -224."""
     chirp = led_by("inertia_error", "coulomb_asymmetry", behind=8.0, bic=-144.0, foreseen=-224.0)
     told = chirp.selection.opening[1]
-    told.evidence, told.fit, told.acting = dataclasses.replace(told.evidence, foreseen=2046.0), None, 5.0
-    assert twice._leader(chirp) is told
+    told.evidence = dataclasses.replace(told.evidence, foreseen=2046.0)
+    leader = twice._leader(chirp, led_by("coulomb_asymmetry", "inertia_error"))
+    assert leader.name == "coulomb_asymmetry"
+    assert leader.steps[0] is told
+
+
+def test_what_is_ahead_in_both_together_leads(sized):
+    found = led_by("end_stop", bic=-2400.0), led_by("rail_defect", "end_stop", behind=20.0, bic=-400.0)
+    assert twice._leader(*found).name == "end_stop"
+    assert twice._leader(found[1], found[1]) is None
+
+
+@pytest.mark.parametrize(
+    ("fitted", "unseen", "z", "leads"),
+    [
+        ((-13.0, -62.0), (145.0, 32.0), (3.4, 4.0), True),  # a drag, felt in the faster of two motions
+        ((-13.0, -42.0), (145.0, 32.0), (3.4, 4.0), False),
+        ((-13.0, -62.0), (145.0, 32.0), (3.4, 2.0), False),
+        ((-13.0, -62.0), (145.0, -1.0), (5.4, 2.0), False),
+        ((-13.0, -62.0), (75.0, 32.0), (3.4, 4.0), False),
+    ],
+)
+def test_unseen_data_of_both_that_agree_in_most_places_need_not_be_as_likely_when_fitted(
+    sized, fitted, unseen, z, leads
+):
+    told = zip(fitted, unseen, z, strict=True)
+    found = [
+        led_by("quadratic_drag", behind=50.0, bic=bic, foreseen=foreseen, foreseen_z=of) for bic, foreseen, of in told
+    ]
+    assert (twice._leader(*found) is not None) is leads
 
 
 def test_physics_outside_that_acts_in_one_place_too_need_not_be_far_behind(sized):
     found = led_by(second="viscous_zone", behind=20.0, depends="position")
-    assert twice._leader(found) is not None
+    assert twice._leader(found, found) is not None
     told = found.selection.opening[1]
     told.evidence = dataclasses.replace(told.evidence, unseen=0.5)  # and predicts better: grease that stiffens at rest
-    assert twice._leader(found) is None
+    assert twice._leader(found, found) is None
 
 
 def test_sizes_must_agree(sized, monkeypatch):
@@ -108,6 +141,7 @@ class Leader:
     fit: None = None
     acting: float = 5.0
     refused: str | None = "few places"
+    misplaced: bool = False
 
 
 @dataclasses.dataclass
@@ -160,11 +194,14 @@ def test_a_machine_that_warms_in_both_recordings_alike_is_named(sized):
 
 
 def test_another_way_of_the_same_effect_is_no_rival_nor_a_twin_that_nothing_tells_apart(sized):
-    assert twice._leader(led_by(second="end_stop", behind=1.0)) is not None
-    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=1.0)) is not None
-    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=20.0)) is not None  # named together
-    assert twice._leader(led_by("inertia_error", "torque_scale_error", behind=30.0)) is None
-    assert twice._leader(led_by("inertia_error", "position_spring", behind=20.0)) is None
+    def leads(*names, behind):
+        return twice._leader(led_by(*names, behind=behind), led_by(*names, behind=behind)) is not None
+
+    assert leads("end_stop", "end_stop", behind=1.0)
+    assert leads("inertia_error", "torque_scale_error", behind=1.0)
+    assert leads("inertia_error", "torque_scale_error", behind=10.0)  # named together
+    assert not leads("inertia_error", "torque_scale_error", behind=15.0)
+    assert not leads("inertia_error", "position_spring", behind=10.0)
 
 
 def test_friction_that_falls_alike_in_two_recordings_warms():
