@@ -108,9 +108,7 @@ def test_what_is_ahead_in_both_together_leads(sized):
         ((-13.0, -62.0), (75.0, 32.0), (3.4, 4.0), False),
     ],
 )
-def test_unseen_data_of_both_that_agree_in_most_places_need_not_be_as_likely_when_fitted(
-    sized, fitted, unseen, z, leads
-):
+def test_what_unseen_data_of_both_tell_evenly_need_not_be_as_likely_when_fitted(sized, fitted, unseen, z, leads):
     told = zip(fitted, unseen, z, strict=True)
     found = [
         led_by("quadratic_drag", behind=50.0, bic=bic, foreseen=foreseen, foreseen_z=of) for bic, foreseen, of in told
