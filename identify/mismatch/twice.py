@@ -1,9 +1,9 @@
 """A name that two recordings give, each fitted by itself: that stands in for agreement within one of them.
 
 A stop that is touched once a stroke has its evidence in few places of a recording, a gap whose state nobody knows
-makes every free run worse, a drag is hardly felt in the slower of two motions. Chance is small and in few places, too; but
-another recording does not have the same chance, of the same size at the same place. Each of the two is predicted by
-what was fitted to the other: what they tell together was told by data that nothing was fitted to.
+makes every free run worse, a drag is hardly felt in the slower of two motions. Chance is small and in few places, too;
+but another recording does not have the same chance, of the same size at the same place. Each of the two is predicted
+by what was fitted to the other: what they tell together was told by data that nothing was fitted to.
 """
 
 from __future__ import annotations
