@@ -79,7 +79,7 @@ def eccentricity(e: Effect, s: Setting) -> list[Guise]:
     """A wave of a turn of the pulley."""
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
     periods = [p for p in (turn,) if p < PART * s.travel]
-    return [waves(e, "relative_eccentricity", 0.1, 0.3, periods, (), turn, (0.8, 1.25))] if periods else []
+    return [waves(e, "relative_eccentricity", 0.1, 0.4, periods, (), turn, (0.8, 1.25))] if periods else []
 
 
 def spring(e: Effect, s: Setting) -> list[Guise]:
