@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import twice
+from identify.mismatch import conclusion, report_values, twice
 from identify.mismatch.compare import Comparison
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Unknown
@@ -234,3 +234,63 @@ def test_a_size_that_may_be_none_is_not_told_twice(sized):
     gap = FoundEffect("backlash", 0.0, {"gap": Quantity(3.3e-3, "m", (-7e-6, 1.18))}, 1.0)
     assert named_by_both(0.53, (gap,)) is None
     assert named_by_both(0.53) is not None
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "twice_told", "interval"),
+    [(85.0, False, (38.4, 70.6)), (32.0, False, (-1.0, 101.0)), (32.0, True, (38.4, 70.6))],
+)
+def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_for_them(
+    monkeypatch, foreseen, twice_told, interval
+):
+    """A drag beside a stop: 50 within 51 of the fitted data, 55 within 17 of the unseen ones."""
+    guise = SimpleNamespace(name="quadratic_drag")
+    own, other = SimpleNamespace(), SimpleNamespace()
+
+    def on_scale(one, _):
+        return {"coefficient": (50.0, "N", 50.0, 51.0) if one is own else (55.0, "N", 55.0, 17.0)}
+
+    monkeypatch.setattr(report_values, "_on_scale", on_scale)
+    monkeypatch.setattr(conclusion, "measured", lambda _: own)
+    monkeypatch.setattr(conclusion, "second_opinion", lambda *_: other)
+    own.fit = other.fit = SimpleNamespace(problem=None)
+    step = SimpleNamespace(guise=guise, evidence=dataclasses.replace(TOLD, foreseen=foreseen), force_rms=1.0)
+    found = SimpleNamespace(
+        selection=SimpleNamespace(
+            chosen=SimpleNamespace(problem=SimpleNamespace(guises=[guise])), steps=[step], baseline=None
+        ),
+        final=None,
+        evidence=SimpleNamespace(held_out=None),
+        recordings=[SimpleNamespace(loop="open")],
+        progress=lambda _: None,
+        told_twice=twice_told,
+        _share=lambda _: 0.1,
+    )
+    (effect,) = conclusion.Conclusion.effects.func(found)
+    assert effect.parameters["coefficient"].ci95 == pytest.approx(interval, abs=1.0)
+
+
+def test_what_both_recordings_tell_of_a_size_is_weighed_by_how_well_they_know_it(monkeypatch):
+    """The summary of two studies, with and without more between them than chance."""
+    monkeypatch.setattr(report_values, "_on_scale", lambda one, _: {"gap": one})
+    fit = SimpleNamespace(problem=None)
+
+    class Known(tuple):
+        fit: SimpleNamespace
+
+    def known(value, half, log=False):
+        told = Known((value, "m", np.log(value) if log else value, half))
+        told.fit = fit
+        return told
+
+    guise = SimpleNamespace(name="backlash")
+    alike = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.4), pooled=True)["gap"]
+    assert alike.value == pytest.approx((1.0 / 0.09 + 1.2 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16))
+    assert alike.ci95[1] - alike.value == pytest.approx((1.0 / 0.09 + 1.0 / 0.16) ** -0.5)
+    apart = report_values.quantities(known(1.0, 0.3), guise, known(5.0, 0.4), pooled=True)["gap"]
+    assert apart.ci95[0] < 1.0 < 5.0 < apart.ci95[1], "two motions that differ by more than chance"
+    log = report_values.quantities(known(1.0, 0.3, log=True), guise, known(1.2, 0.3, log=True), pooled=True)["gap"]
+    assert log.value == pytest.approx(1.2**0.5)
+    assert np.prod(log.ci95) == pytest.approx(1.2)
+    bound = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.0), pooled=True)["gap"]
+    assert bound.value == 1.0, "on a bound, nothing is known of it"
