@@ -11,6 +11,7 @@ import numpy as np
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
+from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
 from identify.mismatch.effect_sizes import any_moment, may_be_absent, may_be_rigid, unknown
 from identify.mismatch.finish import finished
@@ -77,6 +78,7 @@ TRACE = 0.005  # of the square of the force that all names take away: less besid
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
+DRAG = "quadratic_drag"
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
 
@@ -465,6 +467,8 @@ class Conclusion:
             return False
         if several and not (self._felt_beside_others(effect) and self._told_beside_others(effect)):
             return False
+        if effect.name == DRAG and not self._beyond_the_curve(effect):
+            return False
         if not may_be_absent(effect) or (several and self._seen_beside_others(effect)):
             return True
         if unknown(effect):
@@ -475,6 +479,15 @@ class Conclusion:
         if several or effect.name in (*LATE, *ONCE):
             return False
         return share < PROVEN or foretold(self.selection.steps[0].evidence)
+
+    def _beyond_the_curve(self, effect: FoundEffect) -> bool:
+        """Whether a drag has more evidence than that friction falls with speed otherwise than in eq. (1), if it does.
+
+        How it falls is known no better than by that: a curve with two terms leaves a little drag beside any exponent.
+        """
+        if CURVE not in self.selection.aside:
+            return True
+        return -self._told(effect).bic > price(self.selection.baseline) - price(self.bare)
 
     def _felt_beside_others(self, effect: FoundEffect) -> bool:
         """Whether an effect takes some of the force away, or at least half of the error on unseen data.
@@ -507,7 +520,8 @@ class Conclusion:
         """The chosen effects, the largest share first.
 
         Where the fitted data alone cannot tell whether one is there and unseen data speak for it, its sizes are those
-        of both together.
+        of both together; beside others, all data must be overwhelmingly likelier, for it may be how another's curve
+        differs.
         """
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
@@ -523,8 +537,8 @@ class Conclusion:
                 FoundEffect(guise.name, share, no_better(guise.name, values, stamped), step.force_rms)
                 for values in (quantities(final, guise, other, pooled=pooled) for pooled in (False, True))
             )
-            told = self.told_twice or step.evidence.foreseen > FORESEEN
-            found.append(both if told and may_be_absent(alone) else alone)
+            likely = step.evidence.foreseen > FORESEEN if len(self.selection.steps) == 1 else lasting(step.evidence)
+            found.append(both if (self.told_twice or likely) and may_be_absent(alone) else alone)
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
     @cached_property

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import events, locate, report_values, sensor_errors, shapes
+from identify.mismatch import conclusion, events, locate, report_values, sensor_errors, shapes
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion
@@ -504,6 +504,21 @@ def test_what_happens_once_is_foretold_only_where_little_is_left(interval, left,
     assert Conclusion._there(fake, effect) is named
 
 
+def test_a_drag_beside_another_curve_has_more_evidence_than_that(monkeypatch):
+    """A healthy axis with two terms in its curve: 233 for another exponent, 79 more for a drag of 2 % of friction."""
+    monkeypatch.setattr(conclusion, "price", lambda fit: fit)
+
+    def beyond(evidence, aside):
+        told = Comparison(-evidence, 5.6, -58.0, 0.87, 0.83, 87.0, 5.8)
+        fake = SimpleNamespace(_told=lambda _: told, bare=-51004.0)
+        fake.selection = SimpleNamespace(aside=aside, baseline=-50771.0)
+        return Conclusion._beyond_the_curve(fake, None)
+
+    assert not beyond(79.0, {"stribeck_exponent"})
+    assert beyond(240.0, {"stribeck_exponent"})
+    assert beyond(79.0, {"dead_time"})
+
+
 @pytest.mark.parametrize(
     ("others", "share", "taken", "low", "left", "named"),
     [
@@ -533,6 +548,7 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
     fake._felt_beside_others = lambda effect: Conclusion._felt_beside_others(fake, effect)
     fake._told_beside_others = lambda effect: Conclusion._told_beside_others(fake, effect)
     fake._seen_beside_others = lambda effect: Conclusion._seen_beside_others(fake, effect)
+    fake._beyond_the_curve = lambda _: True
     effect = FoundEffect("quadratic_drag", share, {"coefficient": Quantity(106.0, "N*s^2/m^2", (low, 218.0))}, 1.0)
     assert Conclusion._there(fake, effect) is named
 

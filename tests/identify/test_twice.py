@@ -237,11 +237,17 @@ def test_a_size_that_may_be_none_is_not_told_twice(sized):
 
 
 @pytest.mark.parametrize(
-    ("foreseen", "twice_told", "interval"),
-    [(85.0, False, (38.4, 70.6)), (32.0, False, (-1.0, 101.0)), (32.0, True, (38.4, 70.6))],
+    ("foreseen", "steady", "others", "twice_told", "interval"),
+    [
+        (85.0, -53.0, 0, False, (38.4, 70.6)),
+        (32.0, -53.0, 0, False, (-1.0, 101.0)),
+        (32.0, -53.0, 0, True, (38.4, 70.6)),
+        (85.0, -53.0, 1, False, (-1.0, 101.0)),  # may be how the other effect's curve differs
+        (700.0, -650.0, 1, False, (38.4, 70.6)),
+    ],
 )
 def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_for_them(
-    monkeypatch, foreseen, twice_told, interval
+    monkeypatch, foreseen, steady, others, twice_told, interval
 ):
     """A drag beside a stop: 50 within 51 of the fitted data, 55 within 17 of the unseen ones."""
     guise = SimpleNamespace(name="quadratic_drag")
@@ -254,10 +260,11 @@ def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_fo
     monkeypatch.setattr(conclusion, "measured", lambda _: own)
     monkeypatch.setattr(conclusion, "second_opinion", lambda *_: other)
     own.fit = other.fit = SimpleNamespace(problem=None)
-    step = SimpleNamespace(guise=guise, evidence=dataclasses.replace(TOLD, foreseen=foreseen), force_rms=1.0)
+    told = dataclasses.replace(TOLD, foreseen=foreseen, steady=steady, again=foreseen)
+    steps = [SimpleNamespace(guise=guise, evidence=told, force_rms=1.0)] * (1 + others)
     found = SimpleNamespace(
         selection=SimpleNamespace(
-            chosen=SimpleNamespace(problem=SimpleNamespace(guises=[guise])), steps=[step], baseline=None
+            chosen=SimpleNamespace(problem=SimpleNamespace(guises=[guise])), steps=steps, baseline=None
         ),
         final=None,
         evidence=SimpleNamespace(held_out=None),
@@ -266,7 +273,7 @@ def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_fo
         told_twice=twice_told,
         _share=lambda _: 0.1,
     )
-    (effect,) = conclusion.Conclusion.effects.func(found)
+    effect, *_ = conclusion.Conclusion.effects.func(found)
     assert effect.parameters["coefficient"].ci95 == pytest.approx(interval, abs=1.0)
 
 
