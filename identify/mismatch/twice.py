@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
-from identify.mismatch.conclusion import Conclusion, overlap
+from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
@@ -75,8 +75,11 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     named = dataclasses.replace(step, refused=None)
     selection = Selection.beginning(named, found.selection.baseline, found.selection.opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
-    known = sure.explains and not any(map(may_be_absent, sure.effects))
-    return sure if known and (sure.error_left < BETTER or lasting(step.evidence)) else None
+    if not sure.explains or any(map(may_be_absent, sure.effects)):
+        return None
+    if both.name == DRAG:  # or another curve of friction, which may be far likelier and predict no better
+        return sure if both.left < BETTER else None
+    return sure if sure.error_left < BETTER or lasting(step.evidence) else None
 
 
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:

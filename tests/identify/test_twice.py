@@ -180,6 +180,14 @@ def test_what_predicts_no_better_must_be_overwhelming(sized, left, steady, again
     assert (named_by_both(left, steady=steady, again=again) is not None) is named
 
 
+def test_a_drag_that_predicts_no_better_is_a_curve_of_friction(sized):
+    """A healthy axis told one of 3.3 N s2/m2 in both recordings, with all evidence of 3801, and 1 % more error."""
+    told = {"name": "quadratic_drag", "steady": -700.0, "again": 650.0}
+    assert named_by_both(0.83, unseen=1.01, **told) is None
+    assert named_by_both(0.83, unseen=0.84, **told) is not None
+    assert named_by_both(1.01, unseen=1.01, **{**told, "name": "end_stop"}) is not None
+
+
 def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
     assert twice.told_twice(led_by("step_change"), led_by("step_change")) is None
     monkeypatch.setattr(twice, "misplacement", lambda *_: "a parameter ended on its bound")
