@@ -75,6 +75,25 @@ def test_every_effect_of_the_catalogue_has_a_guise_that_changes_the_predictions(
         assert 1e-9 < change < 1.0, guise.name
 
 
+def test_what_is_as_large_as_the_catalogue_says_is_not_on_the_bound_of_the_search(quiet):
+    """A pulley with an eccentricity of 0.3, told by evidence of 9732, had ended on the bound."""
+    _, _, problem, x = quiet
+    sizes = {
+        "pulley_eccentricity": "relative_eccentricity",
+        "load_dependent_friction": "coefficient",
+        "torque_scale_error": "relative_error",
+        "torque_ripple": "relative_amplitude",
+    }
+    asked = 0
+    for guise in ways(problem, x):
+        for unknown in guise.unknowns:
+            if sizes.get(guise.name) == unknown.parameter:
+                most = next(part.plausible[1] for part in guise.effect.parameters if part.name == unknown.parameter)
+                assert unknown.high > 1.2 * most, guise.name
+                asked += 1
+    assert asked == len(sizes)
+
+
 def test_scaled_starts_are_inside_the_bounds_and_decode_to_themselves(quiet):
     _, _, problem, x = quiet
     for guise in ways(problem, x):

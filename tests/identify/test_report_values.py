@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify.mismatch import report_values
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.report_values import reported
 from plant.effects import find
@@ -27,3 +28,29 @@ def test_what_follows_from_friction_has_the_unit_of_the_axis(effect, parameter, 
         axis = SimpleNamespace(is_rotary=is_rotary, position_unit="rad" if is_rotary else "m")
         problem = SimpleNamespace(axis=axis, slot=lambda _: slice(0, 1), law=lambda _: LAW)
         assert reported(problem, guise, np.array([0.5]))[derived] == (1.0, unit)
+
+
+def test_what_both_recordings_tell_of_a_size_is_weighed_by_how_well_they_know_it(monkeypatch):
+    """The summary of two studies, with and without more between them than chance."""
+    monkeypatch.setattr(report_values, "_on_scale", lambda one, _: {"gap": one})
+    fit = SimpleNamespace(problem=None)
+
+    class Known(tuple):
+        fit: SimpleNamespace
+
+    def known(value, half, log=False):
+        told = Known((value, "m", np.log(value) if log else value, half))
+        told.fit = fit
+        return told
+
+    guise = SimpleNamespace(name="backlash")
+    alike = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.4), pooled=True)["gap"]
+    assert alike.value == pytest.approx((1.0 / 0.09 + 1.2 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16))
+    assert alike.ci95[1] - alike.value == pytest.approx((1.0 / 0.09 + 1.0 / 0.16) ** -0.5)
+    apart = report_values.quantities(known(1.0, 0.3), guise, known(5.0, 0.4), pooled=True)["gap"]
+    assert apart.ci95[0] < 1.0 < 5.0 < apart.ci95[1], "two motions that differ by more than chance"
+    log = report_values.quantities(known(1.0, 0.3, log=True), guise, known(1.2, 0.3, log=True), pooled=True)["gap"]
+    assert log.value == pytest.approx(1.2**0.5)
+    assert np.prod(log.ci95) == pytest.approx(1.2)
+    bound = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.0), pooled=True)["gap"]
+    assert bound.value == 1.0, "on a bound, nothing is known of it"
