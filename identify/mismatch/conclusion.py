@@ -533,12 +533,13 @@ class Conclusion:
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
             share = self._share(rest)
-            alone, both = (
-                FoundEffect(guise.name, share, no_better(guise.name, values, stamped), step.force_rms)
-                for values in (quantities(final, guise, other, pooled=pooled) for pooled in (False, True))
-            )
+            values = no_better(guise.name, quantities(final, guise, other), stamped)
+            effect = FoundEffect(guise.name, share, values, step.force_rms)
             likely = step.evidence.foreseen > FORESEEN if len(self.selection.steps) == 1 else lasting(step.evidence)
-            found.append(both if (self.told_twice or likely) and may_be_absent(alone) else alone)
+            if (likely or self.told_twice) and may_be_absent(effect):
+                values = no_better(guise.name, quantities(final, guise, other, pooled=True), stamped)
+                effect = dataclasses.replace(effect, parameters=values)
+            found.append(effect)
         return tuple(sorted(found, key=lambda effect: -effect.share))
 
     @cached_property
