@@ -118,8 +118,16 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
     return misplacement(fitted, guise, evidence, force)
 
 
-def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> str | None:
-    """Why a likely effect is too small or too strange to be what it is called, or None."""
+def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float, *, twice: bool = False) -> str | None:
+    """Why a likely effect is too small or too strange to be what it is called, or None.
+
+    Args:
+        fitted: with the effect.
+        guise: the effect.
+        evidence: what speaks for it.
+        force: where it acts. [N]
+        twice: whether another recording tells the same, with the same sizes: of a soft stop that is enough.
+    """
     sure = proven(evidence)
     least = (TINIEST if sure else SMALLEST) * fitted.dry_level
     if force < least:
@@ -127,7 +135,12 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float) 
     if guise.depends is not None:
         return "nothing of it is left" if at_edge(fitted, guise) else NO_NAME
     own = guise.oddity(fitted.x[fitted.problem.slot(guise)], finding(guise.name, proven=sure or overwhelming(evidence)))
-    odd = own or _too_soft(fitted, guise, evidence) or _too_hard(fitted, guise) or _too_lasting(fitted, guise)
+    odd = (
+        own
+        or _too_soft(fitted, guise, evidence, twice=twice)
+        or _too_hard(fitted, guise)
+        or _too_lasting(fitted, guise)
+    )
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
     return odd or _too_damped(fitted, guise)
@@ -138,10 +151,11 @@ def finding(name: str, *, proven: bool) -> float:
     return HALF if proven and name not in LATE else 1.0
 
 
-def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
+def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison, *, twice: bool) -> str | None:
     """Why a stop is none: it is softer than the catalogue's stops, a spring along part of the travel; or None.
 
-    The catalogue says in N/m how soft they are; of a rotary axis' stops, unseen data must.
+    The catalogue says in N/m how soft they are; of a rotary axis' stops, unseen data must. Nor is one where the travel
+    ends and another recording finds it, too.
     """
     if guise.name != "end_stop":
         return None
@@ -150,7 +164,7 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
     depth = abs(guise.value(x, "position") - guise.unknown("position").origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
     solved = evidence.unseen < PROVEN
-    sure = solved or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
+    sure = twice or solved or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
     if stiffness >= least or (at_end and sure) or (fitted.problem.axis.is_rotary and solved):
         return None
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"

@@ -15,13 +15,12 @@ from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
-from identify.mismatch.rules import BIC_STRONG, FORESEEN, KNOWN, TIED_BIC, Step, lasting, misplacement
+from identify.mismatch.rules import BIC_STRONG, FORESEEN, FORESEEN_Z, KNOWN, TIED_BIC, Step, lasting, misplacement
 from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
-EVEN = 4.0  # standard errors: what unseen data of both tell so evenly need not be as likely in the fitted ones of each
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -58,7 +57,8 @@ class Both:
             return False
         if sum(one.foreseen for one in told) < 2.0 * FORESEEN or sum(one.bic for one in told) > BIC_STRONG:
             return False
-        return sum(one.foreseen_z for one in told) > EVEN * 2.0**0.5 or max(one.bic for one in told) <= BIC_STRONG
+        even = sum(one.foreseen_z for one in told) > FORESEEN_Z * 2.0**0.5  # standard errors of the sum of two
+        return even or max(one.bic for one in told) <= BIC_STRONG
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
@@ -100,7 +100,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
         stranger = any(step.guise.depends is not None for step in rival.told)
         if rival.evidence > least and not _equal(leader, rival) and (not stranger or rival.left < leader.left):
             return None
-    strange = [misplacement(step.fit, step.guise, step.evidence, step.acting) for step in leader.told]
+    strange = [misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told]
     return leader if strange == [None, None] else None
 
 

@@ -27,6 +27,7 @@ from identify.mismatch.rules import (
     best_of,
     cost,
     fine_bristles,
+    misplacement,
     outdone,
     refusal,
 )
@@ -814,8 +815,11 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
         axis.is_rotary = rotary
         x = np.array([unknowns[0].scaled(position), unknowns[1].scaled(stiffness)])
         evidence = Comparison(-900.0, 6.0, steady, 0.5, unseen, 400.0, 6.0)
-        return refusal(SimpleNamespace(problem=problem, x=x, dry_level=10.0), guise, evidence, 5.0)
+        fitted = SimpleNamespace(problem=problem, x=x, dry_level=10.0)
+        alike.append(misplacement(fitted, guise, evidence, 5.0, twice=True))
+        return refusal(fitted, guise, evidence, 5.0)
 
+    alike = []
     assert refused(0.4, 650.0, 0.05) is None
     assert "no stop is that soft" in refused(0.4, 650.0, 0.3)
     assert refused(0.4, 650.0, 0.3, steady=-700.0) is None
@@ -823,6 +827,8 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
     assert refused(0.0, 5e4, 0.3) is None
     assert refused(0.0, 650.0, 0.05, rotary=True) is None, "the catalogue's stiffness is in N/m"
     assert "no stop is that soft" in refused(0.0, 650.0, 0.3, rotary=True)
+    soft = [reason is not None for reason in alike]
+    assert soft == [False, False, False, True, False, False, True], "another recording finds it where the travel ends"
 
 
 def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
