@@ -538,7 +538,7 @@ class Conclusion:
             likely = step.evidence.foreseen > FORESEEN if len(self.selection.steps) == 1 else lasting(step.evidence)
             if (likely or self.told_twice) and may_be_absent(effect):
                 values = no_better(guise.name, quantities(final, guise, other, pooled=True), stamped)
-                effect = dataclasses.replace(effect, parameters=values)
+                effect = dataclasses.replace(effect, parameters=values, pooled=True)
             found.append(effect)
         return tuple(sorted(found, key=lambda effect: -effect.share))
 

@@ -37,12 +37,17 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class FoundEffect:
-    """One named effect: its share of the residual force variance [1], and its parameters."""
+    """One named effect: its share of the residual force variance [1], and its parameters.
+
+    Attributes:
+        pooled: whether the parameters are the means of what fitted and unseen data tell.
+    """
 
     name: str
     share: float
     parameters: dict[str, Quantity]
     force_rms: float
+    pooled: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """JSON of the contract."""

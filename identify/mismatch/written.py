@@ -27,6 +27,7 @@ CLOCK = "position is stamped later than torque by less than a quarter of a sampl
 EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
 MICROMETRES = "contacts bend by less than can be measured here before they slide: taken into account"
 BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
+POOLED = "{}: its sizes are the means of what fitted and unseen data tell; the fitted ones alone might do without it"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 SURELY = 6.0  # standard errors of a constant force, which no step found
 
@@ -89,7 +90,7 @@ def written(found: Conclusion) -> Diagnosis:
         experiments=candidates,
         seed=found.seed,
         data_sha256=evidence.sha256,
-        preprocessing=(*evidence.removed, *_aside(found, shown), *_unnamed(found, effects)),
+        preprocessing=(*evidence.removed, *_aside(found, shown), *_uncertain(found, effects)),
         pictures=pictures_of(
             found.selection,
             baseline,
@@ -157,9 +158,10 @@ def _aside(found: Conclusion, shown: Fit) -> tuple[str, ...]:
     return (*said, *(BENT.format(guise.name) for guise in shown.problem.guises if guise.shapes))
 
 
-def _unnamed(found: Conclusion, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-    """What is said of an effect in the model that is not among the `named` ones."""
+def _uncertain(found: Conclusion, named: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+    """What is said of an effect in the model that is not among the `named` ones, and of one that all data tell."""
     if not named or not found.selection.steps:
         return ()
     known = {effect.name for effect in found.named}
-    return tuple(taken_into_account(effect) for effect in found.effects if effect.name not in known)
+    pooled = [POOLED.format(effect.name) for effect in named if effect.pooled]
+    return (*(taken_into_account(effect) for effect in found.effects if effect.name not in known), *pooled)

@@ -12,6 +12,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.select import _one_force
+from identify.mismatch.written import _uncertain
 from plant.effects import find
 from tests.blind.sealing import drawable
 from tests.identify.studies.reading import recorded
@@ -283,3 +284,14 @@ def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_fo
     )
     effect, *_ = conclusion.Conclusion.effects.func(found)
     assert effect.parameters["coefficient"].ci95 == pytest.approx(interval, abs=1.0)
+    assert effect.pooled is (interval[0] > 0.0)
+
+
+def test_whose_sizes_are_those_of_all_data_is_said():
+    drag = FoundEffect("quadratic_drag", 0.1, {"coefficient": Quantity(54.5, "N*s^2/m^2", (38.4, 70.6))}, 1.0)
+    found = SimpleNamespace(named=(drag,), effects=(drag,), selection=SimpleNamespace(steps=[None]))
+    assert _uncertain(found, (drag,)) == ()
+    told = dataclasses.replace(drag, pooled=True)
+    (said,) = _uncertain(found, (told,))
+    assert said.startswith("quadratic_drag")
+    assert "unseen data" in said
