@@ -91,7 +91,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     if any(found.selection.aside or not found.selection.opening for found in (first, turned)):
         return None
     ours, theirs = map(_likeliest, (first, turned))
-    every = [Both((ours.get(name), theirs.get(name))) for name in ours.keys() | theirs.keys()]
+    every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]
     leader, *others = sorted(every, key=lambda both: -both.evidence)
     if leader.name == STEP or leader.name in first.outgrown | turned.outgrown or not leader.sure:
         return None
@@ -100,8 +100,8 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
         stranger = any(step.guise.depends is not None for step in rival.told)
         if rival.evidence > least and not _equal(leader, rival) and (not stranger or rival.left < leader.left):
             return None
-    strange = [misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told]
-    return leader if strange == [None, None] else None
+    strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
+    return None if any(strange) else leader
 
 
 def _likeliest(found: Conclusion) -> dict[str, Step]:
