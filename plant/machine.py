@@ -41,6 +41,7 @@ class Machine:
         against: M g + constant force. [N] (m,)
         motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
         stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
+        motor_share: of the friction, that rubs at the motor. [1] (m,)
         hardening: c of a transmission whose stiffness is k (1 + c x²), stretched by x. [1/m²] (m,)
         bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
         delay: dead time of the input. [s] (m,)
@@ -55,6 +56,7 @@ class Machine:
     stiffness: Floats = field(init=False)
     damping: Floats = field(init=False)
     half_gap: Floats = field(init=False)
+    motor_share: Floats = field(init=False)
     hardening: Floats = field(init=False)
     bristle_stiffness: Floats = field(init=False)
     bristle_damping: Floats = field(init=False)
@@ -67,7 +69,7 @@ class Machine:
         none = np.zeros(len(self.mass))
         none.flags.writeable = False
         self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
-        self.bristle_stiffness = self.bristle_damping = self.delay = none
+        self.bristle_stiffness = self.bristle_damping = self.delay = self.motor_share = none
 
     def split(self, effect: str) -> None:
         """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
@@ -284,6 +286,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.STIFFNESS: machine.stiffness,
         row.DAMPING: machine.damping,
         row.HALF_GAP: machine.half_gap,
+        row.MOTOR_SHARE: machine.motor_share,
         row.HARDENING: machine.hardening,
         row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
         row.BRISTLE_DAMPING: machine.bristle_damping,

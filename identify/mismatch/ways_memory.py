@@ -26,6 +26,10 @@ WIDE = 0.1  # of the travel: gaps of large machines may be wider
 SLIP = 0.015  # of the recorded travel: so much of it may a contact take to break on a large machine
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 
+RUBS = 0.05  # of the friction, at the motor: where the search begins
+RUBBING = Parameter("motor_friction", "1", (0.0, 1.0), default=0.0, about="share of the friction", reported=False)
+MOTOR_RUBS = Unknown("motor_friction", 0.1, 0.0, 0.6)
+
 
 def bristles(e: Effect, s: Setting) -> list[Guise]:
     """Soft to hard, damped near critically; on harder ones the mass swings faster than half the sample rate."""
@@ -54,9 +58,10 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
         Unknown("gap", 3e-4, 1e-5, widest / 0.9, log=True),
         Unknown("contact_rate", 600.0, 100.0, CONTACT_RATE, log=True, spread=1.0),
         Unknown("contact_damping", 0.3, 0.02, 3.0, log=True, spread=1.0),
+        MOTOR_RUBS,
     )
     count = math.ceil(math.log(widest / NARROWEST, FINER)) + 1
-    starts = grid(np.geomspace(NARROWEST, widest, count).tolist(), [350.0, 600.0, 1500.0], [0.3])
+    starts = grid(np.geomspace(NARROWEST, widest, count).tolist(), [350.0, 600.0, 1500.0], [0.3], [RUBS])
     return [Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW)]
 
 
@@ -70,12 +75,13 @@ def soft_gap(effect: Effect, most: float) -> Effect:
         stiffness = np.maximum(mass * values[1] ** 2, most / (GIVES * values[0]))
         machine.stiffness = np.where(belt, machine.stiffness, stiffness)
         machine.damping = np.where(belt, machine.damping, 2.0 * values[2] * np.sqrt(mass * stiffness))
+        machine.motor_share = np.where(belt, machine.motor_share, values[3])
         return values[:0]
 
     any_size = (0.0, math.inf)
     rate = Parameter("contact_rate", "rad/s", any_size, default=CONTACT_RATE, reported=False)
     damping = Parameter("contact_damping", "1", any_size, default=CONTACT_DAMPING_RATIO, reported=False)
-    return dataclasses.replace(effect, parameters=(*effect.parameters, rate, damping), prepare=prepare)
+    return dataclasses.replace(effect, parameters=(*effect.parameters, rate, damping, RUBBING), prepare=prepare)
 
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:

@@ -51,6 +51,7 @@ from plant.kernels.laws import (
     MOTOR_MASS,
     MOTOR_MIDDLE,
     MOTOR_POSITION,
+    MOTOR_SHARE,
     MOTOR_SPEED,
     POSITION,
     RESIST,
@@ -279,13 +280,19 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         stiffness, damping = touches * k, touches * d
         spring = stiffness * (stretch - side * gap)
         coupling = 0.5 * h * stiffness + damping
-        share = coupling / (motor + coupling)
+        up, down, rubs = b[UP + j], b[DOWN + j], 0.0 if bristles else b[MOTOR_SHARE + j]
+        viscous = rubs * b[RESIST + j]
+        slows = motor + coupling + viscous
         on_motor = motor * w + b[DRIVE + j] - b[MOTOR_FORCE + j] - spring
+        pushed = on_motor + 0.5 * coupling * (v + b[AHEAD + j])
+        rubbed = min(max(pushed, -rubs * down), rubs * up)
+        on_motor -= rubbed
+        share = coupling / slows
         on_load = spring + share * on_motor - b[AGAINST + j] - b[FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
-        half = 0.5 * b[RESIST + j]
-        resist = half + 0.5 * share * motor
+        half = 0.5 * (b[RESIST + j] - viscous)
+        resist = half + 0.5 * share * (motor + viscous)
         q = (load - resist) * v + (on_load - b[HELD + j])
-        up, down = b[UP + j], b[DOWN + j]
+        up, down = (1.0 - rubs) * up, (1.0 - rubs) * down
         inverse = 1.0 / (load + resist)
         at_rest = on_load - b[HELD + j]
         slide = (q - (up if v > 0.0 else -down)) * inverse
@@ -293,10 +300,11 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         turned, mean = turning(v, slide, restart)
         ahead = slide if bristles else turned
         b[VELOCITY + j] = 0.5 * (v + ahead) if bristles else mean
-        middle = (on_motor + 0.5 * coupling * (v + ahead)) / (motor + coupling)
+        middle = (on_motor + 0.5 * coupling * (v + ahead)) / slows
         b[AHEAD + j] = ahead
-        b[MOTOR_AHEAD + j] = 2.0 * middle - w
-        b[FRICTION + j] = q - (load + resist) * ahead + b[HELD + j] + half * (v + ahead)
+        b[MOTOR_AHEAD + j] = 0.0 if rubs > 0.0 and rubbed == pushed else 2.0 * middle - w
+        dry = q - (load + resist) * ahead + rubbed
+        b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead) + viscous * middle
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
