@@ -69,12 +69,66 @@ def test_a_belt_that_hardens_runs_as_scipy_solves_it():
     assert error(0.0) > 10.0 * true
 
 
+def rubbed(share, coulomb=20.0, gap=4e-3, rate=100.0, seconds=4.0):
+    """Two masses and a gap, friction on both: explicit steps of 20 µs, each friction stops what it can. [s], [N], [m]
+
+    Returns:
+        what a sensor at the load sees, and contact rate [rad/s] and damping ratio of the flanks.
+    """
+    reduced = MOTOR_MASS * MASS / (MOTOR_MASS + MASS)
+    contact, ratio, h = 300.0, 0.5, 2e-5
+    stiffness, damping = reduced * contact**2, 2 * ratio * reduced * contact
+    t = np.arange(round(seconds * rate)) / rate
+    force = PEAK * np.round(np.sin(2 * np.pi * 1.1 * t) + 0.6 * np.sin(2 * np.pi * 2.3 * t + 0.4), 3)
+    motor, fast, load, slow, seen = 0.5 * gap, 0.0, 0.0, 0.0, []
+
+    def rubs(v, push, mass, dry):
+        v += h * push / mass
+        return np.sign(v) * max(abs(v) - h * dry / mass, 0.0)
+
+    for push in force:
+        seen.append(load)
+        for _ in range(round(1.0 / (rate * h))):
+            stretch = motor - load
+            pressed = stretch - min(max(stretch, -0.5 * gap), 0.5 * gap)
+            pull = stiffness * pressed + damping * (fast - slow) * (pressed != 0.0)
+            pull = pull if pull * pressed > 0.0 else 0.0
+            fast = rubs(fast, push - pull - share * VISCOUS * fast, MOTOR_MASS, share * coulomb)
+            slow = rubs(slow, pull - (1.0 - share) * VISCOUS * slow, MASS, (1.0 - share) * coulomb)
+            motor, load = motor + h * fast, load + h * slow
+    return Recording(t, force, np.array(seen), sample_time=1.0 / rate, hold=TorqueHold.HOLD), contact, ratio
+
+
+def test_a_motor_that_rubs_crosses_its_gap_as_small_steps_do():
+    """Free for a second the model stays within 0.2 % of the travel; one whose motor runs freely errs ten times more."""
+    share, gap, coulomb = 0.4, 4e-3, 20.0
+    recording, contact, ratio = rubbed(share, coulomb, gap, seconds=1.0)
+    at = setting(FLAT, mass=MASS + MOTOR_MASS, peak=0.1)
+    (guise,) = guises({"backlash": find("backlash")}, at)
+    bare = ExtendedProblem(prepare(recording, FLAT), FLAT, first_state=np.zeros((1, 2)))
+    problem = bare.including((guise,)).marched(40)
+
+    def error(rubbing):
+        friction = {"coulomb_force": coulomb, "static_force": coulomb, "viscous_coefficient": VISCOUS}
+        x = np.zeros((1, problem.size))
+        x[0, : problem.base] = problem.encode(friction | {"constant_force": 0.0})[: problem.base]
+        sizes = {"gap": gap, "contact_rate": contact, "contact_damping": ratio, "motor_friction": rubbing}
+        x[0, problem.slot(guise)] = [u.scaled(sizes[u.parameter]) for u in guise.unknowns]
+        return float(np.abs(problem.errors(x, FREE)).max())
+
+    travel = float(np.ptp(problem.samples.position))
+    true = error(share)
+    assert true < 2e-3 * travel
+    assert error(0.0) > 10.0 * true
+
+
 def test_flanks_give_no_more_than_a_share_of_the_gap_under_the_peak_force():
     effect = soft_gap(find("backlash"), PEAK)
     gap, rate = 1e-3, np.array([100.0, 1e4])
     machine = Machine(Surroundings.of(FLAT), np.zeros((4, 2)), np.full(2, MASS + MOTOR_MASS), np.zeros(2))
-    effect.prepare(np.array([[gap, gap], rate, [0.3, 0.3]]), machine)
+    effect.prepare(np.array([[gap, gap], rate, [0.3, 0.3], [0.1, 0.2]]), machine)
     assert machine.half_gap == pytest.approx(0.5 * gap)
+    assert list(machine.motor_share) == [0.1, 0.2]
     assert machine.stiffness[0] == pytest.approx(PEAK / (GIVES * gap))  # a softer one is a soft transmission
     assert machine.stiffness[1] == pytest.approx(machine.reduced_mass()[1] * 1e8)
     assert machine.damping == pytest.approx(0.6 * np.sqrt(machine.reduced_mass() * machine.stiffness))
