@@ -32,6 +32,7 @@ from plant.kernels.laws import (
     FORWARD,
     LANES,
     LEVEL,
+    MASS,
     MIDDLE,
     MOTOR_FORCE,
     MOTOR_MIDDLE,
@@ -39,6 +40,7 @@ from plant.kernels.laws import (
     TO_DRIVE,
     TO_STEP,
     TRANSMITTED,
+    VELOCITY,
     VISCOUS_BACKWARD,
     VISCOUS_FORWARD,
     Law,
@@ -62,6 +64,7 @@ FLAT, STRETCH = 0.1, 0.15  # of a defect: flatter and longer, of the travel, it 
 SOFTENS, STEEPENS = 0.5, 2.2  # from 1, at most: other powers of a stop's depth; less hardly grows and is a weight
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
+FOLLOWS = 1.0  # beyond none and all: the share of the motor's inertia that follows the radius of its pulley
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
 OUTER = 1.2  # of half the travel: beyond it curves bend no further
 SOFTER, HARDER = 0.3, 30.0  # times a belt's stiffness: what its peak stretch may take off, or add
@@ -150,10 +153,19 @@ def _ripple(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG
 
 @law(TO_DRIVE)
 def _lever(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    """A pulley of radius R_c r turns with v/(R_c r): what it holds of the mass, and speeds up, is J/R_c² over r²."""
     for j in range(LANES):
         turns = b[MOTOR_MIDDLE + j] / p[LANES + j]
-        wave = cos_turns(turns + TURN * p[2 * LANES + j]) + _second(turns, p[3 * LANES + j], p[4 * LANES + j])
-        b[DRIVE + j] /= 1.0 + p[j] * wave
+        at, cosine, sine = turns + TURN * p[2 * LANES + j], p[3 * LANES + j], p[4 * LANES + j]
+        inverse = 1.0 / (1.0 + p[j] * (cos_turns(at) + _second(turns, cosine, sine)))
+        steeper = cos_turns(at + QUARTER) + 2.0 * _second(turns, sine, -cosine)
+        b[DRIVE + j] *= inverse
+        turning = p[5 * LANES + j] * p[6 * LANES + j]
+        slope = p[j] * steeper / (TURN * p[LANES + j])
+        more = turning * (inverse * inverse - 1.0)
+        b[MASS + j] += more - x[j]
+        x[j] = more
+        b[MOTOR_FORCE + j] -= turning * slope * inverse**3 * b[VELOCITY + j] ** 2
 
 
 def _twice_as_fast(effect: Effect) -> Callable[[Floats, Machine, float], Floats]:
@@ -257,15 +269,21 @@ def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
     return _with_second(guise, _ripple)
 
 
-def _free_lever(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
-    """The same of a pulley."""
-    return _with_second(guise, _lever)
+def _free_lever(guise: Guise, s: Setting) -> Guise:
+    """The same of a pulley; the motor's inertia turns faster where its radius is small, if it drives the belt."""
+    mechanics = s.axis.mechanics
+    turning = mechanics.J / mechanics.Rc**2 if mechanics.M > 0.0 else 0.0
+    follows = (Unknown("inertia", 1.0, -FOLLOWS, 1.0 + FOLLOWS),)
+    bent = _with_second(guise, _lever, follows, {"turning_mass": turning})
+    return dataclasses.replace(bent, effect=dataclasses.replace(bent.effect, initial=(0.0,)))
 
 
-def _with_second(guise: Guise, curve: Law) -> Guise:
+def _with_second(
+    guise: Guise, curve: Law, shapes: tuple[Unknown, ...] = (), known: dict[str, float] | None = None
+) -> Guise:
     """A wave and its second harmonic, which must be the smaller: else the period is another."""
-    shapes = tuple(Unknown(name, 0.3, -SECOND, SECOND) for name in ("second_cosine", "second_sine"))
-    bent = _bent(guise, curve, shapes, {})
+    second = tuple(Unknown(name, 0.3, -SECOND, SECOND) for name in ("second_cosine", "second_sine"))
+    bent = _bent(guise, curve, (*second, *shapes), known or {})
     return dataclasses.replace(bent, effect=dataclasses.replace(bent.effect, rate=_twice_as_fast(guise.effect)))
 
 

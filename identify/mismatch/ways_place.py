@@ -76,10 +76,11 @@ def ripple(e: Effect, s: Setting) -> list[Guise]:
 
 
 def eccentricity(e: Effect, s: Setting) -> list[Guise]:
-    """A wave of a turn of the pulley."""
+    """A wave of a turn of the pulley, whose radius is known: a free one bends to whatever else is missing."""
     turn = 2.0 * math.pi * s.axis.mechanics.Rc
-    periods = [p for p in (turn,) if p < PART * s.travel]
-    return [waves(e, "relative_eccentricity", 0.1, 0.4, periods, (), turn, (0.8, 1.25))] if periods else []
+    if turn > PART * s.travel:
+        return []
+    return [waves(e, "relative_eccentricity", 0.1, 0.4, [turn], (), turn, (0.8, 1.25)).bound_to(1)]
 
 
 def spring(e: Effect, s: Setting) -> list[Guise]:
