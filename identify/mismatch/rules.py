@@ -21,7 +21,7 @@ BIC = -25.0  # evidence a name needs
 Z, Z_STRONG, BIC_STRONG = 3.0, 2.5, -60.0  # agreement of the blocks, and what is enough where the evidence is strong
 Z_LEAST = 2.0  # what is enough where the evidence is strong even without its most favourable blocks
 SOFTEST = 1e-3  # of the upper bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
-ENDING = 0.2  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
+ENDING = 0.15  # of the travel: a softer one is none unless it begins so near the end, and unseen data are clearly for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
 TINIEST = 0.002  # of it, where the effect leaves hardly any error on unseen data, and they are likelier by it
 HALF = 0.5  # of the smallest size that is a finding: enough for such an effect
@@ -37,6 +37,7 @@ UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another ef
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
+CLEARLY = 0.6  # of the one-second error on unseen data: a soft stop at the end of the travel leaves no more
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
 LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs
@@ -164,7 +165,8 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison, *, twice: bool) -
     depth = abs(guise.value(x, "position") - guise.unknown("position").origin)
     at_end = depth < ENDING * fitted.problem.scales.travel
     solved = evidence.unseen < PROVEN
-    sure = twice or solved or (evidence.foreseen > FORESEEN and evidence.steady < OVERWHELMING)
+    told = evidence.steady < OVERWHELMING or (evidence.foreseen_z > FORESEEN_Z and evidence.unseen < CLEARLY)
+    sure = twice or solved or (evidence.foreseen > FORESEEN and told)
     if stiffness >= least or (at_end and sure) or (fitted.problem.axis.is_rotary and solved):
         return None
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"

@@ -11,6 +11,7 @@ from plant.effects.effect import Effect
 
 LONGEST = 1.5  # of the travel: a turn of the motor whose ripple shows on it
 PARTS = (2, 3, 4, 6, 8, 12)  # poles, phases, slots of a motor: how often its ripple comes in a turn
+SOFT = 10.0  # N/m on most machines: stops are looked for, and taken for none, that are a hundredth of a stop
 DAMPS = 5.0  # over the usual speed, of a stop's dissipation: none gives back so little
 PART = 10.0  # travels: of a longer turn of the pulley so little is seen that its eccentricity is a factor on the torque
 
@@ -106,11 +107,11 @@ def end_stop(e: Effect, s: Setting) -> list[Guise]:
         inner = sorted((s.middle, end + side * 0.02 * s.travel))
         unknowns = (
             Unknown("position", 0.02 * s.travel, inner[0], inner[1], origin=end, spread=30.0),
-            Unknown("stiffness", 1e4 * s.spring, 1e2 * s.spring, 1e6 * s.spring, log=True),
+            Unknown("stiffness", 1e4 * s.spring, SOFT * s.spring, 1e6 * s.spring, log=True),
             Unknown("dissipation", 1.0 / s.speed, 0.0, DAMPS / s.speed),
         )
         depths = [share * s.travel for share in (0.01, 0.03, 0.08, 0.16)]
         rows = [(end - side * depth, push * s.force / depth, 0.0) for depth in depths for push in (0.03, 0.2, 1.0)]
-        low, high = (-np.inf, 1e2 * s.spring, 0.0), (np.inf, 1e6 * s.spring, 0.0)
+        low, high = (-np.inf, SOFT * s.spring, 0.0), (np.inf, 1e6 * s.spring, 0.0)
         found.append(Guise(e, unknowns, np.clip(np.array(rows), low, high)))
     return found
