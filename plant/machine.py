@@ -42,6 +42,7 @@ class Machine:
         motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
         stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
         motor_share: of the friction, that rubs at the motor. [1] (m,)
+        bent: share of the drive force that the transmission carries where a predicted run begins. [1] (m,)
         hardening: c of a transmission whose stiffness is k (1 + c x²), stretched by x. [1/m²] (m,)
         bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
         delay: dead time of the input. [s] (m,)
@@ -57,6 +58,7 @@ class Machine:
     damping: Floats = field(init=False)
     half_gap: Floats = field(init=False)
     motor_share: Floats = field(init=False)
+    bent: Floats = field(init=False)
     hardening: Floats = field(init=False)
     bristle_stiffness: Floats = field(init=False)
     bristle_damping: Floats = field(init=False)
@@ -68,6 +70,7 @@ class Machine:
         """Start rigid and without delay; effects replace these arrays, they do not write into them."""
         none = np.zeros(len(self.mass))
         none.flags.writeable = False
+        self.bent = np.ones(len(self.mass))
         self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
         self.bristle_stiffness = self.bristle_damping = self.delay = self.motor_share = none
 
@@ -287,6 +290,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.DAMPING: machine.damping,
         row.HALF_GAP: machine.half_gap,
         row.MOTOR_SHARE: machine.motor_share,
+        row.BENT: machine.bent,
         row.HARDENING: machine.hardening,
         row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
         row.BRISTLE_DAMPING: machine.bristle_damping,

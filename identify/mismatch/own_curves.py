@@ -293,7 +293,7 @@ def _free_belt(guise: Guise, s: Setting) -> Guise:
 
     def prepare(values: Floats, machine: Machine) -> Floats:
         rows = effect.prepare(values, machine)
-        machine.hardening = values[2] * (values[0] / s.peak) ** 2
+        machine.hardening = values[-1] * (values[0] / s.peak) ** 2
         return rows
 
     harder = Parameter("harder", "1", (-math.inf, math.inf), default=0.0, reported=False)

@@ -28,6 +28,7 @@ from tests.identify.test_uncatalogued import setting
 
 MASS, MOTOR_MASS, VISCOUS = 20.0, 5.0, 30.0
 FLAT = Axis("flat", Mechanics(Orientation.HORIZONTAL, M=MASS, J=MOTOR_MASS * 0.05**2, Rc=0.05, Rm=0.01))
+UPRIGHT = Axis("upright", replace(FLAT.mechanics, orientation=Orientation.VERTICAL))
 STIFFNESS, DAMPING, HARDENING, PEAK = 5e3, 40.0, 5e3, 60.0  # N/m, N s/m, 1/m^2, N
 
 
@@ -67,6 +68,46 @@ def test_a_belt_that_hardens_runs_as_scipy_solves_it():
     true = error(HARDENING * (PEAK / STIFFNESS) ** 2)
     assert true < 2e-4 * travel
     assert error(0.0) > 10.0 * true
+
+
+def let_go(seconds=2.0, rate=250):
+    """A weight on a spring that nothing bends at first, held by its motor: solved by SciPy. [s], [N], [m]"""
+    t = np.arange(round(seconds * rate)) / rate
+    force = MASS * UPRIGHT.mechanics.g + PEAK * np.round(np.sin(2 * np.pi * 1.1 * t), 3)
+    state, seen = np.zeros(4), []
+
+    def slope(_, y, push):
+        pull = STIFFNESS * (y[0] - y[2]) + DAMPING * (y[1] - y[3])
+        return y[1], (push - pull) / MOTOR_MASS, y[3], (pull - VISCOUS * y[3]) / MASS - UPRIGHT.mechanics.g
+
+    for push in force:
+        seen.append(state[2])
+        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=1e-9, atol=1e-12).y[:, -1]
+    return Recording(t, force, np.array(seen), sample_time=1.0 / rate, hold=TorqueHold.HOLD)
+
+
+def test_a_weight_that_was_let_go_where_the_recording_begins_swings_as_scipy_solves_it():
+    """A true stiffness was told with 4600 and the wrong damping, for its belt had to hang at rest; with 25660 so."""
+    (guise,) = guises(
+        {"transmission_compliance": find("transmission_compliance")}, setting(UPRIGHT, mass=25.0, peak=PEAK)
+    )
+    bare = ExtendedProblem(prepare(let_go(), UPRIGHT), UPRIGHT, first_state=np.zeros((1, 2)))
+    problem = bare.including((guise,)).marched(40)
+
+    def error(bent):
+        friction = {"coulomb_force": 0.0, "static_force": 0.0, "viscous_coefficient": VISCOUS, "constant_force": 0.0}
+        x = np.zeros((1, problem.size))
+        x[0, : problem.base] = problem.encode(friction)[: problem.base]
+        sizes = {"stiffness": STIFFNESS, "damping": DAMPING, "bent": bent}
+        x[0, problem.slot(guise)] = [u.scaled(sizes[u.parameter]) for u in guise.unknowns]
+        return float(np.abs(problem.errors(x, FREE)).max())
+
+    travel = float(np.ptp(problem.samples.position))
+    true = error(0.0)
+    assert true < 1e-3 * travel
+    assert error(1.0) > 30.0 * true
+    (flat,) = guises({"transmission_compliance": find("transmission_compliance")}, setting(FLAT, mass=25.0))
+    assert [u.parameter for u in flat.unknowns] == ["stiffness", "damping"]
 
 
 def rubbed(share, coulomb=20.0, gap=4e-3, rate=100.0, seconds=4.0):

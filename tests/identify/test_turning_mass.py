@@ -49,7 +49,7 @@ def pulley():
 
 
 def test_a_motor_that_turns_faster_runs_as_its_energy_says(pulley):
-    """Free for three seconds the model stays within 0.1 % of the travel; with a constant mass it errs ten times more."""
+    """Free for three seconds it stays within 0.1 % of the travel; with a constant mass it errs ten times more."""
     bare = ExtendedProblem(prepare(driven(), BELT), BELT, first_state=np.zeros((1, 2)))
     problem = bare.including((pulley.freed,)).refined(1e-3)
 
