@@ -11,8 +11,6 @@ from __future__ import annotations
 import dataclasses
 import math
 
-import numpy as np
-
 from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
@@ -22,7 +20,6 @@ from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
-MOMENT = 0.015  # of a recording's length
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -96,7 +93,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     ours, theirs = map(_likeliest, (first, turned))
     every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]
     leader, *others = sorted(every, key=lambda both: -both.evidence)
-    if leader.name in first.outgrown | turned.outgrown or not leader.sure or not _at_one_moment(leader):
+    if leader.name == STEP or leader.name in first.outgrown | turned.outgrown or not leader.sure:
         return None
     least = leader.evidence - max(TIED_BIC, KNOWN * leader.evidence)
     for rival in others:
@@ -105,15 +102,6 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
             return None
     strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
     return None if any(strange) else leader
-
-
-def _at_one_moment(both: Both) -> bool:
-    """Whether a step comes at the same moment of each recording: friction that wanders steps at any."""
-    if both.name != STEP:
-        return True
-    fits = [(step.guise, step.fit) for step in both.told]
-    one, other = (guise.value(fitted.x[fitted.problem.slot(guise)], "time") for guise, fitted in fits)
-    return abs(one - other) < MOMENT * min(float(np.ptp(fitted.problem.samples.t)) for _, fitted in fits)
 
 
 def _likeliest(found: Conclusion) -> dict[str, Step]:
