@@ -395,8 +395,8 @@ def test_springs_of_light_and_weak_machines_may_be_softer(tmp_path):
         unknowns = guises({name: find(name)}, setting)[0].unknowns
         return next(unknown.low for unknown in unknowns if unknown.parameter == parameter)
 
-    assert softest("end_stop", "stiffness", force=1000.0) == softest("end_stop", "stiffness") == 100.0
-    assert softest("end_stop", "stiffness", force=20.0) == pytest.approx(20.0)
+    assert softest("end_stop", "stiffness", force=1000.0) == softest("end_stop", "stiffness") == 10.0
+    assert softest("end_stop", "stiffness", force=20.0) == pytest.approx(2.0)
     assert softest("transmission_compliance", "stiffness") == 1000.0
     assert softest("transmission_compliance", "stiffness", share=0.1) == pytest.approx(298.0, abs=1.0)
 
@@ -811,24 +811,29 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
     problem = SimpleNamespace(slot=lambda _: slice(0, 2), scales=SimpleNamespace(travel=1.0), axis=axis,
                               bounds=(np.full(2, -60.0), np.full(2, 60.0)))  # fmt: skip
 
-    def refused(position, stiffness, unseen, steady=-500.0, rotary=False):
+    def refused(position, stiffness, unseen, steady=-500.0, rotary=False, even=6.0):
         axis.is_rotary = rotary
         x = np.array([unknowns[0].scaled(position), unknowns[1].scaled(stiffness)])
-        evidence = Comparison(-900.0, 6.0, steady, 0.5, unseen, 400.0, 6.0)
+        evidence = Comparison(-900.0, 6.0, steady, 0.5, unseen, 400.0, even)
         fitted = SimpleNamespace(problem=problem, x=x, dry_level=10.0)
         alike.append(misplacement(fitted, guise, evidence, 5.0, twice=True))
         return refusal(fitted, guise, evidence, 5.0)
 
     alike = []
     assert refused(0.4, 650.0, 0.05) is None
-    assert "no stop is that soft" in refused(0.4, 650.0, 0.3)
-    assert refused(0.4, 650.0, 0.3, steady=-700.0) is None
+    assert "no stop is that soft" in refused(0.4, 650.0, 0.7)
+    assert "no stop is that soft" in refused(0.4, 650.0, 0.3, even=2.0)
+    assert refused(0.4, 650.0, 0.3) is None, "unseen data say so in most places"
+    assert refused(0.4, 650.0, 0.7, steady=-700.0) is None
+    assert "no stop is that soft" in refused(0.3, 650.0, 0.3), "it begins a fifth of the travel from the end"
     assert "no stop is that soft" in refused(0.0, 650.0, 0.05)
     assert refused(0.0, 5e4, 0.3) is None
     assert refused(0.0, 650.0, 0.05, rotary=True) is None, "the catalogue's stiffness is in N/m"
     assert "no stop is that soft" in refused(0.0, 650.0, 0.3, rotary=True)
     soft = [reason is not None for reason in alike]
-    assert soft == [False, False, False, True, False, False, True], "another recording finds it where the travel ends"
+    assert soft == [False, False, False, False, False, True, True, False, False, True], (
+        "another recording finds it where the travel ends"
+    )
 
 
 def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
