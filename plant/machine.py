@@ -42,7 +42,8 @@ class Machine:
         motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
         stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
         motor_share: of the friction, that rubs at the motor. [1] (m,)
-        bent: share of the drive force that the transmission carries where a predicted run begins. [1] (m,)
+        bent, hangs: shares of the drive force, and of M g + constant force, that bend the transmission where a
+            predicted run begins. [1] (m,)
         hardening: c of a transmission whose stiffness is k (1 + c x²), stretched by x. [1/m²] (m,)
         bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
         delay: dead time of the input. [s] (m,)
@@ -59,6 +60,7 @@ class Machine:
     half_gap: Floats = field(init=False)
     motor_share: Floats = field(init=False)
     bent: Floats = field(init=False)
+    hangs: Floats = field(init=False)
     hardening: Floats = field(init=False)
     bristle_stiffness: Floats = field(init=False)
     bristle_damping: Floats = field(init=False)
@@ -72,7 +74,7 @@ class Machine:
         none.flags.writeable = False
         self.bent = np.ones(len(self.mass))
         self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
-        self.bristle_stiffness = self.bristle_damping = self.delay = self.motor_share = none
+        self.bristle_stiffness = self.bristle_damping = self.delay = self.motor_share = self.hangs = none
 
     def split(self, effect: str) -> None:
         """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
@@ -291,6 +293,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.HALF_GAP: machine.half_gap,
         row.MOTOR_SHARE: machine.motor_share,
         row.BENT: machine.bent,
+        row.HANGS: machine.hangs,
         row.HARDENING: machine.hardening,
         row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
         row.BRISTLE_DAMPING: machine.bristle_damping,

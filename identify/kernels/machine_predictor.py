@@ -16,6 +16,7 @@ from plant.kernels.laws import (
     COULOMB,
     EXTRA,
     HALF_GAP,
+    HANGS,
     INVERSE_STRIBECK,
     LANES,
     MASS,
@@ -87,7 +88,7 @@ def predict_machine(
         start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
         gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, LANES)
         memory: of each run that another leads to, what effects, bristles and a transmission remember by then. Without
-            it a run begins as if nothing had been, its transmission bent by its share of the force.
+            it a run begins as if nothing had been, its transmission bent by shares of drive force and weight.
             (runs or 0, rows * LANES)
         goes_on: whether a run that another leads to is only the rest of that one; `memory` is filled.
         scratch: room for a copy of the block, and the latent acceleration. (rows * LANES + LANES,)
@@ -126,7 +127,8 @@ def predict_machine(
                     else:
                         b[SPEED + j] = v
                         b[MOTOR_SPEED + j] = v
-                        stretch = b[BENT + j] * carried / b[STIFFNESS + j] if two else 0.0
+                        bends = b[BENT + j] * carried + b[HANGS + j] * b[AGAINST + j]
+                        stretch = bends / b[STIFFNESS + j] if two else 0.0
                         stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
                         b[hidden + j] = y + side * stretch
                     b[observed + j] = y

@@ -99,8 +99,8 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
     ways = ((2.5e3, 8.0), (1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
     rows = [(light * k, light * d) for k, d in ways if light * k < stiffest]
     if s.axis.mechanics.weight != 0.0:
-        e, unknowns = _let_go(e), (*unknowns, Unknown("bent", 0.5, -0.5, 1.5, origin=1.0))
-        rows = [(*row, bent) for row in rows for bent in (1.0, 0.0)]
+        e, unknowns = _let_go(e), (*unknowns, Unknown("hangs", 0.5, -0.5, 1.5, origin=1.0))
+        rows = [(*row, hangs) for row in rows for hangs in (1.0, 0.0)]
     return [Guise(e, unknowns, np.array(rows), stiff=True, swings=swings)] if rows else []
 
 
@@ -108,11 +108,11 @@ def _let_go(effect: Effect) -> Effect:
     """`effect`, a transmission that a weight hangs on, which need not hang at rest where a recording begins."""
 
     def prepare(values: Floats, machine: Machine) -> Floats:
-        machine.bent = values[2]
+        machine.bent, machine.hangs = np.zeros_like(values[2]), values[2]
         return effect.prepare(values, machine)
 
-    bent = Parameter("bent", "1", (0.0, 1.0), default=1.0, about="share of the force that bends it", reported=False)
-    return dataclasses.replace(effect, parameters=(*effect.parameters, bent), prepare=prepare)
+    hangs = Parameter("hangs", "1", (0.0, 1.0), default=1.0, about="share of the weight that bends it", reported=False)
+    return dataclasses.replace(effect, parameters=(*effect.parameters, hangs), prepare=prepare)
 
 
 def _stiffest(s: Setting, mass: float) -> float:

@@ -52,7 +52,8 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     DAMPING,  # of the transmission [N s/m]
     HALF_GAP,  # half the free travel [m]
     MOTOR_SHARE,  # of the friction, that rubs at the motor; not of bristles [1]
-    BENT,  # of the stretch that the drive force would keep: how far the transmission is bent where a run begins [1]
+    BENT,  # of the drive force: what bends the transmission where a predicted run begins [1]
+    HANGS,  # of M g + constant force: the same [1]
     HARDENING,  # how the transmission's stiffness grows: k (1 + c x^2), x its stretch [1/m^2]
     BRISTLE_STIFFNESS,  # sigma_0 [N/m]
     BRISTLE_DAMPING,  # sigma_1 [N s/m]
@@ -86,7 +87,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HELD,
     FOLLOWS,
     DECAYS,
-) = range(0, 52 * LANES, LANES)
+) = range(0, 53 * LANES, LANES)
 ROWS = DECAYS // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

@@ -94,11 +94,11 @@ def test_a_weight_that_was_let_go_where_the_recording_begins_swings_as_scipy_sol
     bare = ExtendedProblem(prepare(let_go(), UPRIGHT), UPRIGHT, first_state=np.zeros((1, 2)))
     problem = bare.including((guise,)).marched(40)
 
-    def error(bent):
+    def error(hangs):
         friction = {"coulomb_force": 0.0, "static_force": 0.0, "viscous_coefficient": VISCOUS, "constant_force": 0.0}
         x = np.zeros((1, problem.size))
         x[0, : problem.base] = problem.encode(friction)[: problem.base]
-        sizes = {"stiffness": STIFFNESS, "damping": DAMPING, "bent": bent}
+        sizes = {"stiffness": STIFFNESS, "damping": DAMPING, "hangs": hangs}
         x[0, problem.slot(guise)] = [u.scaled(sizes[u.parameter]) for u in guise.unknowns]
         return float(np.abs(problem.errors(x, FREE)).max())
 
