@@ -35,6 +35,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
+BEGINS = 1.5  # samples from its start, at most, the first run of a recording begins
 SLIDES = 0.1  # of v_s: faster, the bristles are taken as fully bent
 
 
@@ -88,8 +89,8 @@ def predict_machine(
         start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
         gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, LANES)
         memory: of each run that another leads to, what effects, bristles and a transmission remember by then. Without
-            it a run begins as if nothing had been, its transmission bent by shares of drive force and weight.
-            (runs or 0, rows * LANES)
+            it a run begins as if nothing had been, its transmission bent by the drive force; the first of a recording,
+            by its shares of drive force and weight. (runs or 0, rows * LANES)
         goes_on: whether a run that another leads to is only the rest of that one; `memory` is filled.
         scratch: room for a copy of the block, and the latent acceleration. (rows * LANES + LANES,)
         error: measured minus predicted position. [m] (n, LANES)
@@ -106,7 +107,7 @@ def predict_machine(
     for k in range(n):
         if run[k] != current:
             current = run[k]
-            leads = k > 0 and steps[k - 1] > 0.0
+            leads, begins = k > 0 and steps[k - 1] > 0.0, t[k] < BEGINS * steps[k]
             if leads and goes_on:
                 load(b, drive, k - 1)
                 advance_sample(b, laws, structure, t[k - 1], steps[k - 1], substeps)
@@ -128,7 +129,7 @@ def predict_machine(
                         b[SPEED + j] = v
                         b[MOTOR_SPEED + j] = v
                         bends = b[BENT + j] * carried + b[HANGS + j] * b[AGAINST + j]
-                        stretch = bends / b[STIFFNESS + j] if two else 0.0
+                        stretch = (bends if begins else carried) / b[STIFFNESS + j] if two else 0.0
                         stretch += b[HALF_GAP + j] if carried > 0.0 else -b[HALF_GAP + j]
                         b[hidden + j] = y + side * stretch
                     b[observed + j] = y

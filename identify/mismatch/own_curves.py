@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown
+from identify.mismatch.ways_memory import MOTOR_RUBS, RUBBING
 from plant.effects.effect import Effect, Parameter
 from plant.effects.end_stop import NO_TRAVEL, stop_depth
 from plant.kernels.cosine import cos_turns
@@ -288,17 +289,21 @@ def _with_second(
 
 
 def _free_belt(guise: Guise, s: Setting) -> Guise:
-    """A belt whose stiffness grows with its stretch, by so many times at the stretch that the peak force gives it."""
+    """A belt whose stiffness grows with its stretch, by so many times at the stretch that the peak force gives it.
+
+    Its motor may rub, too: a share of the friction that damps it, and holds it at rest while the load still swings.
+    """
     effect = guise.effect
 
     def prepare(values: Floats, machine: Machine) -> Floats:
         rows = effect.prepare(values, machine)
-        machine.hardening = values[-1] * (values[0] / s.peak) ** 2
+        machine.hardening = values[-2] * (values[0] / s.peak) ** 2
+        machine.motor_share = values[-1]
         return rows
 
     harder = Parameter("harder", "1", (-math.inf, math.inf), default=0.0, reported=False)
-    bent = dataclasses.replace(effect, parameters=(*effect.parameters, harder), prepare=prepare)
-    unknowns = (*guise.unknowns, Unknown("harder", 1.0, -SOFTER, HARDER))
+    bent = dataclasses.replace(effect, parameters=(*effect.parameters, harder, RUBBING), prepare=prepare)
+    unknowns = (*guise.unknowns, Unknown("harder", 1.0, -SOFTER, HARDER), MOTOR_RUBS)
     starts = np.empty((0, len(unknowns)))
     return dataclasses.replace(guise, effect=bent, unknowns=unknowns, starts=starts, shapes=("harder",))
 
