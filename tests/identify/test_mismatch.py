@@ -135,7 +135,7 @@ def test_the_force_of_an_effect_is_in_newtons(quiet):
 REMEMBERS = [
     ("actuator_lag", {"time_constant": 0.05}, 100.0),
     ("presliding_hysteresis", {"bristle_stiffness": 3e4, "bristle_damping": 1e3}, 100.0),
-    ("transmission_compliance", {"stiffness": 3e4, "damping": 30.0}, 10.0),
+    ("transmission_compliance", {"stiffness": 3e4, "damping": 30.0, "hangs": 1.0}, 10.0),
     ("dwell_time_stiction", {"stiction_rise": 30.0, "time_constant": 2.0, "age": 0.0, "slip": 1e-3}, 3.0),
 ]
 

@@ -375,9 +375,8 @@ def test_a_spring_that_does_not_swing_is_no_transmission_and_a_wide_bump_no_defe
     belt = guises({"transmission_compliance": find("transmission_compliance")}, setting)[0]
 
     def odd(damping):
-        return belt.oddity(
-            np.array([unknown.scaled(v) for unknown, v in zip(belt.unknowns, (2e4, damping), strict=True)])
-        )
+        sizes = {"stiffness": 2e4, "damping": damping, "hangs": 1.0}
+        return belt.oddity(np.array([unknown.scaled(sizes[unknown.parameter]) for unknown in belt.unknowns]))
 
     assert odd(30.0) is None
     assert "does not swing" in odd(900.0)
