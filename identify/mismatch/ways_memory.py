@@ -97,22 +97,26 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
         Unknown("damping", 30.0 * light, 0.3 * light, 1e4, log=True, spread=2.0),
     )
     ways = ((2.5e3, 8.0), (1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
-    rows = [(light * k, light * d) for k, d in ways if light * k < stiffest]
-    if s.axis.mechanics.weight != 0.0:
-        e, unknowns = _let_go(e), (*unknowns, Unknown("hangs", 0.5, -0.5, 1.5, origin=1.0))
-        rows = [(*row, hangs) for row in rows for hangs in (1.0, 0.0)]
-    return [Guise(e, unknowns, np.array(rows), stiff=True, swings=swings)] if rows else []
+    rows = np.array([(light * k, light * d) for k, d in ways if light * k < stiffest])
+    if not len(rows):
+        return []
+    usual = Guise(e, unknowns, rows, stiff=True, swings=swings)
+    return [_let_go(usual) if s.axis.mechanics.weight != 0.0 else usual]
 
 
-def _let_go(effect: Effect) -> Effect:
-    """`effect`, a transmission that a weight hangs on, which need not hang at rest where a recording begins."""
+def _let_go(guise: Guise) -> Guise:
+    """A transmission that a weight hangs on; it need not hang at rest where a recording begins."""
+    effect = guise.effect
 
     def prepare(values: Floats, machine: Machine) -> Floats:
         machine.bent, machine.hangs = np.zeros_like(values[2]), values[2]
         return effect.prepare(values, machine)
 
     hangs = Parameter("hangs", "1", (0.0, 1.0), default=1.0, about="share of the weight that bends it", reported=False)
-    return dataclasses.replace(effect, parameters=(*effect.parameters, hangs), prepare=prepare)
+    hanging = dataclasses.replace(effect, parameters=(*effect.parameters, hangs), prepare=prepare)
+    unknowns = (*guise.unknowns, Unknown("hangs", 0.5, -0.5, 1.5, origin=1.0))
+    starts = np.concatenate([np.insert(guise.starts, 2, share, axis=1) for share in (1.0, 0.0)])
+    return dataclasses.replace(guise, effect=hanging, unknowns=unknowns, starts=starts)
 
 
 def _stiffest(s: Setting, mass: float) -> float:
