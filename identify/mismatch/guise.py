@@ -56,6 +56,7 @@ class Setting:
         periods: wave lengths at which the residual force repeats, most telling first. [m]
         free_offset: True where a constant force is free in the baseline.
         native_time: period before averaging; 0 where it is the sample time. [s]
+        reverses: whether the force that the transmission carries changes its sign, but for a few samples.
     """
 
     axis: Axis
@@ -73,6 +74,7 @@ class Setting:
     periods: tuple[float, ...]
     free_offset: bool
     native_time: float = 0.0
+    reverses: bool = True
 
     @property
     def metre(self) -> float:

@@ -12,12 +12,14 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Setting
 from identify.mismatch.inverse import unexplained
 from identify.preprocess import Samples, smooth_velocity
+from plant.effects.effect import Surroundings
 
 Floats = NDArray[np.float64]
 
 SPAN = 0.04  # s to each side of a local slope
 CUT = 12.0  # Hz: what position sensors resolve as force
 RESTING = 0.02  # of the fastest speed: slower counts as rest
+SELDOM = 0.005, 0.995  # of the samples: so much of them may be noise
 PLACES = 6  # starting points taken from the residual
 
 
@@ -68,7 +70,10 @@ def setting_of(problem: ExtendedProblem, x: Floats, native_time: float = 0.0) ->
     """Where to look for effects in these samples, given a baseline fit x; `native_time` before averaging [s]."""
     samples, scales = problem.samples, problem.scales
     left = left_force(problem, x)
-    rest = np.abs(smooth_velocity(samples, SPAN)) < RESTING * scales.speed
+    velocity = smooth_velocity(samples, SPAN)
+    rest = np.abs(velocity) < RESTING * scales.speed
+    motor = scales.mass * (Surroundings.of(problem.axis).motor_share or 0.0)
+    low, high = np.quantile(samples.force - motor * acceleration_of(samples, velocity), SELDOM)
     return Setting(
         axis=problem.axis,
         force=scales.force,
@@ -85,6 +90,7 @@ def setting_of(problem: ExtendedProblem, x: Floats, native_time: float = 0.0) ->
         periods=periods(left, scales.travel),
         free_offset=not problem.gravity_known and problem.known is None,
         native_time=native_time,
+        reverses=bool(low < 0.0 < high),
     )
 
 

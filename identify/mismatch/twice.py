@@ -20,6 +20,7 @@ from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
+CLEARLY = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -85,8 +86,8 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     """What all data of both together make far likelier than any other name on top of the baseline; or None.
 
-    Physics in no catalogue must only be less likely, unless it predicts better: some of it acts in one place, and so
-    does what is asked for here.
+    Physics in no catalogue must only be less likely, unless it clearly predicts better: some of it acts in one place,
+    and so does what is asked for here.
     """
     if any(found.selection.aside or not found.selection.opening for found in (first, turned)):
         return None
@@ -97,8 +98,10 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
         return None
     least = leader.evidence - max(TIED_BIC, KNOWN * leader.evidence)
     for rival in others:
+        if rival.evidence <= least or _equal(leader, rival):
+            continue
         stranger = any(step.guise.depends is not None for step in rival.told)
-        if rival.evidence > least and not _equal(leader, rival) and (not stranger or rival.left < leader.left):
+        if not stranger or rival.left < CLEARLY * leader.left:
             return None
     strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
     return None if any(strange) else leader

@@ -26,7 +26,7 @@ WIDE = 0.1  # of the travel: gaps of large machines may be wider
 SLIP = 0.015  # of the recorded travel: so much of it may a contact take to break on a large machine
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 
-RUBS = 0.05  # of the friction, at the motor: where the search begins
+RUBS, RUBS_MUCH = 0.05, 0.4  # of the friction, at the motor: where the search begins
 RUBBING = Parameter("motor_friction", "1", (0.0, 1.0), default=0.0, about="share of the friction", reported=False)
 MOTOR_RUBS = Unknown("motor_friction", 0.1, 0.0, 0.6)
 
@@ -49,9 +49,9 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     """A gap, where there are two masses; how fast they swing while its flanks touch is fitted beside it.
 
     Teeth, keys and couplings give a little. How much is no finding, but a hard contact imitates nothing that is soft,
-    and leaves a spring or a delay to be named beside the gap.
+    and leaves a spring or a delay to be named beside the gap. Where a weight keeps the flanks together, none is seen.
     """
-    if Surroundings.of(s.axis).motor_share is None:
+    if Surroundings.of(s.axis).motor_share is None or not s.reverses:
         return []
     widest = max(WIDEST, WIDE * s.travel)
     unknowns = (
@@ -61,7 +61,9 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
         MOTOR_RUBS,
     )
     count = math.ceil(math.log(widest / NARROWEST, FINER)) + 1
-    starts = grid(np.geomspace(NARROWEST, widest, count).tolist(), [350.0, 600.0, 1500.0], [0.3], [RUBS])
+    widths = np.geomspace(NARROWEST, widest, count).tolist()
+    ways = ([350.0, 600.0, 1500.0], RUBS), ([600.0], RUBS_MUCH)
+    starts = np.concatenate([grid(widths, rates, [0.3], [rubs]) for rates, rubs in ways])
     return [Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW)]
 
 

@@ -121,6 +121,8 @@ def test_physics_outside_that_acts_in_one_place_too_need_not_be_far_behind(sized
     found = led_by(second="viscous_zone", behind=20.0, depends="position")
     assert twice._leader(found, found) is not None
     told = found.selection.opening[1]
+    told.evidence = dataclasses.replace(told.evidence, unseen=1.0)  # hardly better: a weight picked up for a soft stop
+    assert twice._leader(found, found) is not None
     told.evidence = dataclasses.replace(told.evidence, unseen=0.5)  # and predicts better: grease that stiffens at rest
     assert twice._leader(found, found) is None
 
