@@ -63,7 +63,8 @@ def true_starts(guise: Guise, values: dict[str, float], setting: Setting) -> np.
         return np.array([[period, size * np.cos(phase), -size * np.sin(phase)]])
     if dict(guise.fixed).get("weight_share", 0.0) != (values.get("payload", 0.0) if guise.fixed else 0.0):
         return None
-    row = [values[unknown.parameter] for unknown in guise.unknowns]
+    usual = {parameter.name: parameter.default for parameter in guise.effect.parameters if not parameter.reported}
+    row = [(usual | values)[unknown.parameter] for unknown in guise.unknowns]  # nobody knows how a contact gives
     inside = all(u.low <= v <= u.high for u, v in zip(guise.unknowns, row, strict=True))
     return np.array([row]) if inside else None
 
