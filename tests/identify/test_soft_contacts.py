@@ -5,9 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from identify.criterion import FREE
 from identify.mismatch import rugged
 from identify.mismatch.clock import DOUBT, clock
 from identify.mismatch.compare import _likelihood, compare, fit, settled
@@ -26,6 +24,7 @@ from plant.effects.effect import Surroundings
 from plant.machine import Machine
 from plant.recording import Recording
 from tests.identify.test_uncatalogued import setting
+from tests.identify.true_numbers import missed, solved
 
 MASS, MOTOR_MASS, VISCOUS = 20.0, 5.0, 30.0
 FLAT = Axis("flat", Mechanics(Orientation.HORIZONTAL, M=MASS, J=MOTOR_MASS * 0.05**2, Rc=0.05, Rm=0.01))
@@ -37,17 +36,13 @@ def driven(seconds=4.0, rate=250):
     """Two masses on a spring k (1 + c x²), solved by SciPy: what a sensor at the load sees. [s], [N], [m]"""
     t = np.arange(round(seconds * rate)) / rate
     force = PEAK * np.round(np.sin(2 * np.pi * 1.1 * t) + 0.6 * np.sin(2 * np.pi * 2.3 * t + 0.4), 3)
-    state, seen = np.zeros(4), []
 
     def slope(_, y, push):
         stretch, closing = y[0] - y[2], y[1] - y[3]
         pull = STIFFNESS * (1.0 + HARDENING * stretch**2) * stretch + DAMPING * closing
         return y[1], (push - pull) / MOTOR_MASS, y[3], (pull - VISCOUS * y[3]) / MASS
 
-    for push in force:
-        seen.append(state[2])
-        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=1e-9, atol=1e-12).y[:, -1]
-    return Recording(t, force, np.array(seen), sample_time=1.0 / rate, hold=TorqueHold.HOLD)
+    return solved(slope, force, rate, states=4, seen=2)
 
 
 def test_a_belt_that_hardens_runs_as_scipy_solves_it():
@@ -58,12 +53,8 @@ def test_a_belt_that_hardens_runs_as_scipy_solves_it():
     problem = bare.including((guise.freed,)).marched(40)
 
     def error(harder):
-        friction = {"coulomb_force": 0.0, "static_force": 0.0, "viscous_coefficient": VISCOUS, "constant_force": 0.0}
-        x = np.zeros((1, problem.size))
-        x[0, : problem.base] = problem.encode(friction)[: problem.base]
-        sizes = {"stiffness": STIFFNESS, "damping": DAMPING, "harder": harder, "motor_friction": 0.0}
-        x[0, problem.slot(guise.freed)] = [u.scaled(sizes[u.parameter]) for u in guise.freed.unknowns]
-        return float(np.abs(problem.errors(x, FREE)[500:]).max())  # how the belt lay at first is forgotten by then
+        off = missed(problem, guise.freed, VISCOUS, stiffness=STIFFNESS, damping=DAMPING, harder=harder)
+        return off[500:].max()  # how the belt lay at first is forgotten by then
 
     travel = float(np.ptp(problem.samples.position))
     true = error(HARDENING * (PEAK / STIFFNESS) ** 2)
@@ -75,16 +66,12 @@ def let_go(seconds=2.0, rate=250):
     """A weight on a spring that nothing bends at first, held by its motor: solved by SciPy. [s], [N], [m]"""
     t = np.arange(round(seconds * rate)) / rate
     force = MASS * UPRIGHT.mechanics.g + PEAK * np.round(np.sin(2 * np.pi * 1.1 * t), 3)
-    state, seen = np.zeros(4), []
 
     def slope(_, y, push):
         pull = STIFFNESS * (y[0] - y[2]) + DAMPING * (y[1] - y[3])
         return y[1], (push - pull) / MOTOR_MASS, y[3], (pull - VISCOUS * y[3]) / MASS - UPRIGHT.mechanics.g
 
-    for push in force:
-        seen.append(state[2])
-        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=1e-9, atol=1e-12).y[:, -1]
-    return Recording(t, force, np.array(seen), sample_time=1.0 / rate, hold=TorqueHold.HOLD)
+    return solved(slope, force, rate, states=4, seen=2)
 
 
 def test_a_weight_that_was_let_go_where_the_recording_begins_swings_as_scipy_solves_it():
@@ -96,12 +83,7 @@ def test_a_weight_that_was_let_go_where_the_recording_begins_swings_as_scipy_sol
     problem = bare.including((guise,)).marched(40)
 
     def error(hangs):
-        friction = {"coulomb_force": 0.0, "static_force": 0.0, "viscous_coefficient": VISCOUS, "constant_force": 0.0}
-        x = np.zeros((1, problem.size))
-        x[0, : problem.base] = problem.encode(friction)[: problem.base]
-        sizes = {"stiffness": STIFFNESS, "damping": DAMPING, "hangs": hangs}
-        x[0, problem.slot(guise)] = [u.scaled(sizes[u.parameter]) for u in guise.unknowns]
-        return float(np.abs(problem.errors(x, FREE)).max())
+        return missed(problem, guise, VISCOUS, stiffness=STIFFNESS, damping=DAMPING, hangs=hangs).max()
 
     travel = float(np.ptp(problem.samples.position))
     true = error(0.0)
@@ -154,12 +136,8 @@ def test_a_motor_that_rubs_crosses_its_gap_as_small_steps_do():
     problem = bare.including((guise,)).marched(40)
 
     def error(rubbing):
-        friction = {"coulomb_force": coulomb, "static_force": coulomb, "viscous_coefficient": VISCOUS}
-        x = np.zeros((1, problem.size))
-        x[0, : problem.base] = problem.encode(friction | {"constant_force": 0.0})[: problem.base]
         sizes = {"gap": gap, "contact_rate": contact, "contact_damping": ratio, "motor_friction": rubbing}
-        x[0, problem.slot(guise)] = [u.scaled(sizes[u.parameter]) for u in guise.unknowns]
-        return float(np.abs(problem.errors(x, FREE)).max())
+        return missed(problem, guise, VISCOUS, coulomb, **sizes).max()
 
     travel = float(np.ptp(problem.samples.position))
     true = error(share)

@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from identify.criterion import FREE
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import OFF_WHOLE
 from identify.mismatch.ways import guises
 from identify.preprocess import prepare
-from plant.axis import Axis, Mechanics, Orientation, TorqueHold
+from plant.axis import Axis, Mechanics, Orientation
 from plant.effects import find
-from plant.recording import Recording
 from tests.identify.test_uncatalogued import setting
+from tests.identify.true_numbers import missed, solved
 
 LOAD, TURNING, RADIUS, VISCOUS = 20.0, 12.0, 0.05, 80.0  # kg, kg (J/R_c²), m, N s/m
 ECCENTRICITY, PHASE, PEAK = 0.15, 0.7, 150.0
@@ -28,7 +26,6 @@ def driven(seconds=3.0, rate=200):
     """The machine by its energy, solved by SciPy: d/dt (m(y) v²/2) = F v/r - c v²."""
     t = np.arange(round(seconds * rate)) / rate
     force = PEAK * np.round(np.sin(2 * np.pi * 0.9 * t) + 0.5 * np.sin(2 * np.pi * 1.7 * t + 0.4), 3)
-    state, seen = np.zeros(2), []
 
     def slope(_, state, push):
         y, v = state
@@ -36,10 +33,7 @@ def driven(seconds=3.0, rate=200):
         lever = 1.0 + ECCENTRICITY * np.cos(y / RADIUS + PHASE)
         return v, (push / lever - VISCOUS * v - 0.5 * steeper * v * v) / mass(y)
 
-    for push in force:
-        seen.append(state[0])
-        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=1e-9, atol=1e-12).y[:, -1]
-    return Recording(t, force, np.array(seen), sample_time=1.0 / rate, hold=TorqueHold.HOLD)
+    return solved(slope, force, rate, states=2, seen=0)
 
 
 @pytest.fixture(scope="module")
@@ -54,13 +48,9 @@ def test_a_motor_that_turns_faster_runs_as_its_energy_says(pulley):
     problem = bare.including((pulley.freed,)).refined(1e-3)
 
     def error(inertia):
-        friction = {"coulomb_force": 0.0, "static_force": 0.0, "viscous_coefficient": VISCOUS, "constant_force": 0.0}
-        x = np.zeros((1, problem.size))
-        x[0, : problem.base] = problem.encode(friction)[: problem.base]
         cosine, sine = ECCENTRICITY * np.cos(PHASE), -ECCENTRICITY * np.sin(PHASE)
         sizes = {"period": 2 * np.pi * RADIUS, "relative_eccentricity": cosine, "phase": sine, "inertia": inertia}
-        x[0, problem.slot(pulley.freed)] = [u.scaled(sizes.get(u.parameter, 0.0)) for u in pulley.freed.unknowns]
-        return float(np.abs(problem.errors(x, FREE)).max())
+        return missed(problem, pulley.freed, VISCOUS, **sizes).max()
 
     travel = float(np.ptp(problem.samples.position))
     true = error(1.0)

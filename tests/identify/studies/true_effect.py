@@ -64,7 +64,8 @@ def true_starts(guise: Guise, values: dict[str, float], setting: Setting) -> np.
     if dict(guise.fixed).get("weight_share", 0.0) != (values.get("payload", 0.0) if guise.fixed else 0.0):
         return None
     usual = {parameter.name: parameter.default for parameter in guise.effect.parameters if not parameter.reported}
-    row = [(usual | values)[unknown.parameter] for unknown in guise.unknowns]  # nobody knows how a contact gives
+    known = usual | values  # nobody knows how a contact gives
+    row = [known[unknown.parameter] for unknown in guise.unknowns]
     inside = all(u.low <= v <= u.high for u, v in zip(guise.unknowns, row, strict=True))
     return np.array([row]) if inside else None
 
