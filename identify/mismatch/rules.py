@@ -37,7 +37,6 @@ UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another ef
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
-CLEARLY = 0.6  # of the one-second error on unseen data: a soft stop at the end of the travel leaves no more
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
 LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs

@@ -20,7 +20,7 @@ from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
-CLEARLY = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
+BY_A_TENTH = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -101,7 +101,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
         if rival.evidence <= least or _equal(leader, rival):
             continue
         stranger = any(step.guise.depends is not None for step in rival.told)
-        if not stranger or rival.left < CLEARLY * leader.left:
+        if not stranger or rival.left < BY_A_TENTH * leader.left:
             return None
     strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
     return None if any(strange) else leader
