@@ -34,11 +34,13 @@ STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that 
 NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
-TESTED = 0.6  # of the likeliest step's evidence: what has as much is put to the test by its own curve
+TESTED = 0.4  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
+# always looked at beside a likelier relative: from where neither is near, bristles have no slope
+KIN = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "creeping_spring"}}
 # looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
 WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
@@ -155,7 +157,7 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
     known = {name for name, _ in found}
     for guise in guises:
-        if guise.name in NO_SLOPE and guise.name not in known:
+        if (guise.name in NO_SLOPE or KIN.get(guise.name, set()) & known) and guise.name not in known:
             starts = list(guise.scaled_starts())
             found[guise.name, guise.fixed] = Candidate(guise, starts, [current.found.gain] * len(starts))
     return list(found.values())
@@ -278,7 +280,7 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
         freed = step.guise.freed
         if freed is not None and step.evidence.bic < min(BIC, TESTED * most) and step.guise in step.fit.problem.guises:
             problem = current.problem.including((*current.problem.guises, freed))
-            bent = weighed(current, fit(problem, _carried(step.fit, problem)[None]), freed, unseen)
+            bent = weighed(current, fit(problem, _begun(_carried(step.fit, problem), problem, freed)), freed, unseen)
             told = bent.evidence.bic < step.evidence.bic + BIC and _truer(bent, step)
             known = bool(bent.denied) or not bent_to_edge(bent.fit, freed)
             found.append(bent if told and known else step)
@@ -303,6 +305,14 @@ def _carried(fitted: Fit, problem: ExtendedProblem) -> Floats:
         own = dict(zip((u.parameter for u in known.unknowns), fitted.x[fitted.problem.slot(known)], strict=True))
         x[problem.slot(guise)] = [own.get(unknown.parameter, 0.0) for unknown in guise.unknowns]
     return x
+
+
+def _begun(x: Floats, problem: ExtendedProblem, freed: Guise) -> Floats:
+    """Points x (size,) with the first shape of a freed curve where it may begin. (k, size)"""
+    points = np.repeat(x[None], len(freed.bends), axis=0)
+    shape = next(index for index, unknown in enumerate(freed.unknowns) if unknown.parameter in freed.shapes)
+    points[:, problem.slot(freed).start + shape] = freed.bends
+    return points
 
 
 def weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:

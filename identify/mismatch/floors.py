@@ -54,7 +54,8 @@ def within_reach(effect: FoundEffect, guise: Guise) -> FoundEffect:
         value = found.get(unknown.parameter)
         if value is not None and value.ci95 is not None:
             low, high = value.ci95
-            reach = max(low, min(unknown.low, value.value)), min(high, max(unknown.high, value.value))
+            least = 0.0 if unknown.log and guise.optional(unknown.parameter) else unknown.low
+            reach = max(low, min(least, value.value)), min(high, max(unknown.high, value.value))
             found[unknown.parameter] = dataclasses.replace(value, ci95=reach)
     return dataclasses.replace(effect, parameters=found)
 

@@ -132,6 +132,7 @@ class Guise:
         depends: coordinate of physics that is in no catalogue; None for an effect that may be named.
         freed: the same effect, its own curve free to bend; None where the catalogue's is the only one.
         shapes: parameters by which a freed curve bends.
+        bends: scaled values of the first of them to begin at.
         allows: says of parameter values why a curve so bent is no such effect, or None.
     """
 
@@ -148,6 +149,7 @@ class Guise:
     depends: str | None = None
     freed: Guise | None = None
     shapes: tuple[str, ...] = ()
+    bends: tuple[float, ...] = (0.0,)
     allows: Callable[[dict[str, float]], str | None] | None = None
 
     @property
@@ -196,6 +198,10 @@ class Guise:
     def tells(self, parameter: str) -> bool:
         """Whether results hold a parameter; a nuisance may end anywhere."""
         return next(p.reported for p in self.effect.parameters if p.name == parameter)
+
+    def optional(self, parameter: str) -> bool:
+        """Whether an effect is itself without this parameter, whose logarithm only ends at a bound: a damping."""
+        return next(p.default == 0.0 and p.plausible[0] == 0.0 for p in self.effect.parameters if p.name == parameter)
 
     def place(self) -> int | None:
         """Index of the unknown that says where the effect is: a position, a moment, a period; or None."""

@@ -21,12 +21,16 @@ from numpy.typing import NDArray
 
 from identify.mismatch.guise import Guise, Setting, Unknown
 from identify.mismatch.ways_memory import MOTOR_RUBS, RUBBING
+from plant.effects.dwell_time_stiction import rests_for
 from plant.effects.effect import Effect, Parameter
 from plant.effects.end_stop import NO_TRAVEL, stop_depth
 from plant.kernels.cosine import cos_turns
 from plant.kernels.exponential import exp_neg, power
 from plant.kernels.laws import (
+    AFTER,
     BACKWARD,
+    BRISTLE_STIFFNESS,
+    CLIMB,
     DRAG,
     DRIVE,
     FORCE,
@@ -37,6 +41,7 @@ from plant.kernels.laws import (
     MIDDLE,
     MOTOR_FORCE,
     MOTOR_MIDDLE,
+    RISE,
     SPEED,
     TO_DRIVE,
     TO_STEP,
@@ -66,6 +71,10 @@ SOFTENS, STEEPENS = 0.5, 2.2  # from 1, at most: other powers of a stop's depth;
 STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less anywhere, it is none
 INNER = 0.8  # of half the travel
 FOLLOWS = 1.0  # beyond none and all: the share of the motor's inertia that follows the radius of its pulley
+LEAST = 1e-6  # bend, share of an age: none
+SLOWS = 6.0  # power of a contact's youth, past 1, by which it ages
+LASTING = "lasts"
+LASTS = 0.15  # of the longest recording, at most, that a step takes: what takes longer is a drift
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
 OUTER = 1.2  # of half the travel: beyond it curves bend no further
 SOFTER, HARDER = 0.3, 30.0  # times a belt's stiffness: what its peak stretch may take off, or add
@@ -134,6 +143,51 @@ def _slope(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG0
         factor = max(1.0 + p[j] * away + p[LANES + j] * u * (u * u - 0.6), 0.0)
         b[FORWARD + j] *= factor
         b[BACKWARD + j] *= factor
+
+
+@law(TO_STEP)
+def _ramp(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        part = (t - p[LANES + j]) / max(p[3 * LANES + j], h) + 0.5
+        step = p[j] * min(max(part, 0.0), 1.0)
+        b[CLIMB + j] += step
+        b[RISE + j] += p[2 * LANES + j] * step
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _slower(age: float, first: float, rest: float, slipped: float, slows: float, slides: float) -> float:
+    """Contact age that grows with x' = (1 - x)^(1 + slows) and shrinks with x^(1 - slides): from e^-t to ln t."""
+    age = age if age == age else first
+    young = max(1.0 - age, LEAST)
+    if slows > LEAST:
+        young = power(power(young, -slows) + slows * rest, -1.0 / slows)
+    else:
+        young *= exp_neg(rest)
+    older = max(1.0 - young, LEAST)
+    if slides > LEAST:
+        older = power(max(power(older, slides) - slides * slipped, LEAST), 1.0 / slides)
+    else:
+        older *= exp_neg(slipped)
+    return older
+
+
+@law(TO_STEP)
+def _slow_rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        speed = abs(b[SPEED + j])
+        rest = rests_for(0.5 * h, speed, b[BRISTLE_STIFFNESS + j]) / p[LANES + j]
+        slipped = 0.5 * h * speed / p[2 * LANES + j]
+        rise = p[j] * _slower(x[j], p[3 * LANES + j], rest, slipped, p[5 * LANES + j], p[6 * LANES + j])
+        b[RISE + j] += rise
+        b[CLIMB + j] += p[4 * LANES + j] * rise
+
+
+@law(AFTER)
+def _slow_age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        rested = rests_for(h, abs(b[SPEED + j]), b[BRISTLE_STIFFNESS + j])
+        slipped = 0.0 if rested > 0.0 else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
+        x[j] = _slower(x[j], p[3 * LANES + j], rested / p[LANES + j], slipped, p[5 * LANES + j], p[6 * LANES + j])
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -265,6 +319,20 @@ def _free_slope(guise: Guise, s: Setting) -> Guise:
     return _bent(guise, _slope, shapes, {"per_half": 2.0 / s.travel})
 
 
+def _free_step(guise: Guise, s: Setting) -> Guise:
+    """A step that takes a while, about its moment: a jam builds up, lubricant runs off."""
+    shapes = (Unknown(LASTING, 0.5, 0.0, LASTS * s.duration),)
+    return dataclasses.replace(_bent(guise, _ramp, shapes, {}), bends=(1.0, 4.0))
+
+
+def _free_dwell(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """Contacts that age ever more slowly, as the logarithm of the rest, and slip away evenly: Dieterich 1972."""
+    shapes = (Unknown("slows", 1.0, 0.0, SLOWS), Unknown("slides", 0.3, 0.0, 1.0))
+    bent = _bent(guise, _slow_rise, shapes, {})
+    effect = dataclasses.replace(bent.effect, laws=(_slow_rise, _slow_age))
+    return dataclasses.replace(bent, effect=effect, bends=(0.0, 2.0))
+
+
 def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
     """A second harmonic of the wave, in shares of it."""
     return _with_second(guise, _ripple)
@@ -316,6 +384,8 @@ FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "end_stop": _free_stop,
     "position_spring": _free_spring,
     "position_dependent_friction": _free_slope,
+    "step_change": _free_step,
+    "dwell_time_stiction": _free_dwell,
     "transmission_compliance": _free_belt,
     "torque_ripple": _free_ripple,
     "pulley_eccentricity": _free_lever,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Fit
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
+from identify.mismatch.own_curves import LASTING
 from identify.mismatch.result import Quantity
 from identify.polish import polish_all
 from identify.preprocess import Samples
@@ -28,6 +29,7 @@ Floats = NDArray[np.float64]
 DIFFERENCE = 1e-5  # of a scaled unknown
 ITERATIONS = 10
 LONGEST_REST = 3.0  # s, within which a moment is looked for that is as likely
+EDGE = 1e-6  # of a scaled unknown: nearer to its bound it is there
 MOMENTS = 61
 
 
@@ -83,16 +85,43 @@ def quantities(
             interval = value - half, value + half
             if name == "time":
                 low, high = _as_likely(one.fit, guise)
+                while_it_lasts = 0.5 * _lasts(one.fit, guise)
                 recorded = one.fit.problem.samples.t
                 interval = (
-                    max(min(interval[0], low), float(recorded.min())),
-                    min(max(interval[1], high), float(recorded.max())),
+                    max(min(interval[0], low) - while_it_lasts, float(recorded.min())),
+                    min(max(interval[1], high) + while_it_lasts, float(recorded.max())),
                 )
         else:
             factor = float(np.exp(min(half, 50.0)))
             interval = (value / factor, value * factor)
+            if _none_of_it(one.fit, guise, name):
+                interval = (0.0, max(interval[1], _at_most(one.fit, guise, name)))
         found[name] = Quantity(value, unit, interval)
     return found
+
+
+def _none_of_it(fit: Fit, guise: Guise, parameter: str) -> bool:
+    """Whether a damping, of which there may be none, ended where there is as good as none."""
+    if not guise.optional(parameter):
+        return False
+    index = fit.problem.slot(guise).start + guise.unknowns.index(guise.unknown(parameter))
+    return bool(fit.x[index] <= fit.problem.bounds[0][index] + EDGE)
+
+
+def _at_most(fit: Fit, guise: Guise, parameter: str) -> float:
+    """The largest value of a damping that would be about as likely as as good as none."""
+    problem, unknown = fit.problem, guise.unknown(parameter)
+    index = problem.slot(guise).start + guise.unknowns.index(unknown)
+    points = np.repeat(fit.x[None], MOMENTS, axis=0)
+    points[:, index] = np.linspace(*(bounds[index] for bounds in problem.bounds), MOMENTS)
+    losses = problem.losses(points, fit.found.gain)
+    unlikely = np.flatnonzero(losses > losses[0] + NORMAL**2)
+    return float(unknown.value(points[unlikely[0] if len(unlikely) else -1, index, None])[0])
+
+
+def _lasts(fit: Fit, guise: Guise) -> float:
+    """How long a step takes [s]: within that, its moment is any."""
+    return guise.value(fit.x[fit.problem.slot(guise)], LASTING) if LASTING in guise.shapes else 0.0
 
 
 def _as_likely(fit: Fit, guise: Guise) -> tuple[float, float]:

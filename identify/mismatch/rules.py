@@ -40,6 +40,7 @@ SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
 LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs
+BY_HALF = 1.5  # times the evidence of all data that such physics has: a name with that is preferred in any case
 FAR, FAR_TRUER = 1.25, 0.5  # with so many times its evidence, it need leave only so little
 SPOILED = 1.5  # times the evidence of the best name: what is refused in spite of that leaves nothing to name
 TIED_BIC, TIED_Z, TIED_SHARE = 25.0, 2.5, 0.6  # rivals closer than this cannot be told apart
@@ -282,12 +283,14 @@ def telling(step: Step) -> int:
 def at_edge(fitted: Fit, guise: Guise) -> bool:
     """True where an unknown of the effect that is reported ended on a bound that is not its absence."""
     told = [guise.wave is not None or guise.tells(unknown.parameter) for unknown in guise.unknowns]
-    return _on_bound(fitted, guise, np.array(told) & ~_shapes(guise))
+    spared = np.array([unknown.log and guise.optional(unknown.parameter) for unknown in guise.unknowns])
+    return _on_bound(fitted, guise, np.array(told) & ~_shapes(guise), spared)
 
 
 def bent_to_edge(fitted: Fit, guise: Guise) -> bool:
-    """True where the effect's own curve is bent as far as it may be."""
-    return _on_bound(fitted, guise, _shapes(guise))
+    """True where the effect's own curve is bent as far as it may be; one that is straight where that begins is not."""
+    straight = np.array([unknown.low == 0.0 for unknown in guise.unknowns])
+    return _on_bound(fitted, guise, _shapes(guise), straight)
 
 
 def _shapes(guise: Guise) -> Bools:
@@ -295,12 +298,12 @@ def _shapes(guise: Guise) -> Bools:
     return np.array([unknown.parameter in guise.shapes for unknown in guise.unknowns])
 
 
-def _on_bound(fitted: Fit, guise: Guise, asked: Bools) -> bool:
-    """True where one of the unknowns that are `asked` (q,) ended on a bound."""
+def _on_bound(fitted: Fit, guise: Guise, asked: Bools, spared: Bools | bool = False) -> bool:
+    """True where one of the unknowns that are `asked` (q,) ended on a bound, but the lower one of those `spared`."""
     low, high = fitted.problem.bounds
     slot = fitted.problem.slot(guise)
     x = fitted.x[slot]
-    return bool((asked & ((x <= low[slot] + 1e-6) | (x >= high[slot] - 1e-6))).any())
+    return bool((asked & (((x <= low[slot] + 1e-6) & ~np.array(spared)) | (x >= high[slot] - 1e-6))).any())
 
 
 def price(fitted: Fit) -> float:
@@ -368,13 +371,15 @@ def _of_other_data(odd: Step, best: Step) -> bool:
 def outdone(stranger: Step, best: Step) -> bool:
     """Whether a name is preferred by unseen data in every way to what is likelier and cannot be what it is called.
 
-    Physics in no catalogue must only be a little likelier; what else is odd must be less likely of all data together.
+    Physics in no catalogue must only be a little likelier, or all data together tell the name by half more; what else
+    is odd must be less likely of all data together.
     """
     told, ours = stranger.evidence, best.evidence
     if told.unseen <= ours.unseen or told.foreseen >= ours.foreseen:
         return False
     if stranger.refused == NO_NAME:
-        return told.bic > (1.0 + LEAD) * ours.bic
+        by_half = ours.foreseen - ours.bic > BY_HALF * (told.foreseen - told.bic)
+        return told.bic > (1.0 + LEAD) * ours.bic or by_half
     return _cost_of_all(stranger) > _cost_of_all(best) + TIED_BIC
 
 

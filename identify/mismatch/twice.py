@@ -15,7 +15,17 @@ from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
-from identify.mismatch.rules import BIC_STRONG, FORESEEN, FORESEEN_Z, KNOWN, TIED_BIC, Step, lasting, misplacement
+from identify.mismatch.rules import (
+    BIC_STRONG,
+    FORESEEN,
+    FORESEEN_Z,
+    KNOWN,
+    TIED_BIC,
+    Step,
+    agreed,
+    lasting,
+    misplacement,
+)
 from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
@@ -52,14 +62,19 @@ class Both:
 
     @property
     def sure(self) -> bool:
-        """Whether unseen data of both speak for it, and fitted ones of each, or else unseen ones in most places."""
+        """Whether unseen data of both speak for it, and fitted ones of each, or else unseen ones in most places.
+
+        Or all of one recording, when fitted, in most places, and when predicted from the other.
+        """
         told = [step.evidence for step in self.told]
         if len(told) < 2 or min(one.foreseen for one in told) < 0.0:
             return False
         if sum(one.foreseen for one in told) < 2.0 * FORESEEN or sum(one.bic for one in told) > BIC_STRONG:
             return False
         even = sum(one.foreseen_z for one in told) > FORESEEN_Z * 2.0**0.5  # standard errors of the sum of two
-        return even or max(one.bic for one in told) <= BIC_STRONG
+        turned = zip(told, reversed(told), strict=True)
+        whole = any(one.bic < BIC_STRONG and agreed(one) and other.foreseen > 2.0 * FORESEEN for one, other in turned)
+        return even or whole or max(one.bic for one in told) <= BIC_STRONG
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:

@@ -32,12 +32,17 @@ def _older(age: float, first: float, rest: float, slipped: float) -> float:
     return older if older > YOUNG else 0.0
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def rests_for(h: float, speed: float, bristles: float) -> float:
+    """How much of `h` [s] the axis rests that moves at this `speed` [m/s]: all of it or none."""
+    return h if speed < (REST_SPEED if bristles > 0.0 else AT_REST) else 0.0
+
+
 @law(TO_STEP)
 def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         speed = abs(b[SPEED + j])
-        slow = REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST
-        rest = 0.5 * h / p[LANES + j] if speed < slow else 0.0
+        rest = rests_for(0.5 * h, speed, b[BRISTLE_STIFFNESS + j]) / p[LANES + j]
         rise = p[j] * _older(x[j], p[3 * LANES + j], rest, 0.5 * h * speed / p[2 * LANES + j])
         b[RISE + j] += rise
         b[CLIMB + j] += p[4 * LANES + j] * rise
@@ -46,10 +51,9 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
 @law(AFTER)
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        rests = abs(b[SPEED + j]) < (REST_SPEED if b[BRISTLE_STIFFNESS + j] > 0.0 else AT_REST)
-        rested = h / p[LANES + j] if rests else 0.0
-        slipped = 0.0 if rests else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
-        x[j] = _older(x[j], p[3 * LANES + j], rested, slipped)
+        rested = rests_for(h, abs(b[SPEED + j]), b[BRISTLE_STIFFNESS + j])
+        slipped = 0.0 if rested > 0.0 else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
+        x[j] = _older(x[j], p[3 * LANES + j], rested / p[LANES + j], slipped)
 
 
 EFFECT = Effect(

@@ -308,6 +308,17 @@ def test_a_name_whose_shape_differs_a_little_is_no_stranger(priced):
     assert best_of([spring, step("spring_with_play", -1620.0, NO_NAME, 0.518, 1512.0)]) is None
 
 
+@pytest.mark.parametrize(
+    ("foreseen", "left", "named"),
+    [(2702.0, 0.343, True), (2000.0, 0.343, False), (2702.0, 0.8, False)],
+)
+def test_a_likelier_stranger_gives_way_to_a_name_that_all_data_tell_by_half_more(priced, foreseen, left, named):
+    """An outside author's friction that rises along the guide was a step of it: likelier by 294, then less by 1707."""
+    rising = step("position_dependent_friction", -992.0, unseen=left, foreseen=foreseen)
+    stranger = step("level_step", -1286.0, NO_NAME, unseen=0.770, foreseen=995.0)
+    assert (best_of([stranger, rising]) is rising) is named
+
+
 def test_a_name_is_put_to_the_test_beside_another_exponent_that_came_after_it(priced, monkeypatch):
     """A train case: load-dependent friction and a mass had 257 each; beside an exponent of 0.75, friction 64 more."""
     mass, bent = step("inertia_error", -257.0), step(CURVE, -600.0, NO_NAME)

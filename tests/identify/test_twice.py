@@ -117,6 +117,17 @@ def test_what_unseen_data_of_both_tell_evenly_need_not_be_as_likely_when_fitted(
     assert (twice._leader(*found) is not None) is leads
 
 
+@pytest.mark.parametrize(
+    ("z", "fitted", "foreseen", "leads"),
+    [(2.9, -270.0, 156.0, True), (2.2, -270.0, 156.0, False), (2.9, -50.0, 156.0, False), (2.9, -270.0, 110.0, False)],
+)
+def test_what_all_of_one_recording_tells_fitted_and_foretold_need_not_be_even(sized, z, fitted, foreseen, leads):
+    """A warming of 13 %: 14 when fitted to the one, 270 to the other; in the first minute of either, and not after."""
+    other = led_by("thermal_drift", behind=200.0, bic=fitted, z=z, steady=-40.0, foreseen=24.0, foreseen_z=1.6)
+    one = led_by("thermal_drift", behind=12.0, bic=-14.0, z=2.0, foreseen=foreseen, foreseen_z=1.2)
+    assert (twice._leader(one, other) is not None) is leads
+
+
 def test_physics_outside_that_acts_in_one_place_too_need_not_be_far_behind(sized):
     found = led_by(second="viscous_zone", behind=20.0, depends="position")
     assert twice._leader(found, found) is not None
