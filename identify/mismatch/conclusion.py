@@ -41,6 +41,7 @@ from identify.mismatch.rules import (
     TIED_BIC,
     TIED_SHARE,
     Z_STRONG,
+    Step,
     agreed,
     at_edge,
     beyond,
@@ -52,9 +53,10 @@ from identify.mismatch.rules import (
     outdone,
     overwhelming,
     price,
+    seconded,
     strong,
 )
-from identify.mismatch.select import Selection, without
+from identify.mismatch.select import PLACES, Selection, without
 from plant.axis import Axis
 from plant.recording import Recording
 
@@ -494,8 +496,9 @@ class Conclusion:
 
         What a little mass takes is above what forces are taken to; what a first break-away takes is short.
         """
-        told = self._told(effect)
-        predicts = foretold(told) and told.unseen < MUCH
+        step = next(step for step in self.selection.steps if step.guise.name == effect.name)
+        predicts = foretold(step.evidence) and step.evidence.unseen < MUCH
+        predicts = predicts or _elsewhere(step, self.selection.steps)
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
 
     def _told_beside_others(self, effect: FoundEffect) -> bool:
@@ -520,8 +523,8 @@ class Conclusion:
         """The chosen effects, the largest share first.
 
         Where the fitted data alone cannot tell whether one is there and unseen data speak for it, its sizes are those
-        of both together; beside others, all data must be overwhelmingly likelier, for it may be how another's curve
-        differs.
+        of both together; beside others, all data must be overwhelmingly likelier, or unseen ones both likelier and
+        predicted clearly better, for it may be how another's curve differs.
         """
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
@@ -535,7 +538,9 @@ class Conclusion:
             share = self._share(rest)
             values = no_better(guise.name, quantities(final, guise, other), stamped)
             effect = FoundEffect(guise.name, share, values, step.force_rms)
-            likely = step.evidence.foreseen > FORESEEN if len(self.selection.steps) == 1 else lasting(step.evidence)
+            told = step.evidence
+            alone = len(self.selection.steps) == 1
+            likely = told.foreseen > FORESEEN if alone else lasting(told) or _elsewhere(step, self.selection.steps)
             if (likely or self.told_twice) and may_be_absent(effect):
                 values = no_better(guise.name, quantities(final, guise, other, pooled=True), stamped)
                 effect = dataclasses.replace(effect, parameters=values, pooled=True)
@@ -562,6 +567,15 @@ class Conclusion:
         else:  # two masses seen from the motor have no inverse: what the prediction errors tell
             left = float(np.exp((price(chosen) - price(rest)) / len(train)))
         return float(np.clip(1.0 - left, 0.0, 1.0))
+
+
+def _elsewhere(step: Step, steps: Sequence[Step]) -> bool:
+    """Whether fitted and unseen data second each other on one of `steps` that is no curve of the others: a drag.
+
+    The others act in one place, and it everywhere.
+    """
+    others = {other.guise.name for other in steps} - {step.guise.name}
+    return seconded(step.evidence) and set() < others <= PLACES and step.guise.name not in PLACES
 
 
 def _foretells(told: Comparison) -> bool:

@@ -113,7 +113,8 @@ def _at_most(fit: Fit, guise: Guise, parameter: str) -> float:
     problem, unknown = fit.problem, guise.unknown(parameter)
     index = problem.slot(guise).start + guise.unknowns.index(unknown)
     points = np.repeat(fit.x[None], MOMENTS, axis=0)
-    points[:, index] = np.linspace(*(bounds[index] for bounds in problem.bounds), MOMENTS)
+    low, high = problem.bounds
+    points[:, index] = np.linspace(low[index], high[index], MOMENTS)
     losses = problem.losses(points, fit.found.gain)
     unlikely = np.flatnonzero(losses > losses[0] + NORMAL**2)
     return float(unknown.value(points[unlikely[0] if len(unlikely) else -1, index, None])[0])

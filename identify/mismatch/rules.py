@@ -155,8 +155,8 @@ def finding(name: str, *, proven: bool) -> float:
 def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison, *, twice: bool) -> str | None:
     """Why a stop is none: it is softer than the catalogue's stops, a spring along part of the travel; or None.
 
-    The catalogue says in N/m how soft they are; of a rotary axis' stops, unseen data must. Nor is one where the travel
-    ends and another recording finds it, too.
+    The catalogue says in N/m how soft they are; of a rotary axis' stops, unseen data or another recording must. Nor is
+    one where the travel ends and another recording finds it, too.
     """
     if guise.name != "end_stop":
         return None
@@ -167,7 +167,7 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison, *, twice: bool) -
     solved = evidence.unseen < PROVEN
     told = evidence.steady < OVERWHELMING or (evidence.foreseen_z > FORESEEN_Z and evidence.unseen < CLEARLY)
     sure = twice or solved or (evidence.foreseen > FORESEEN and told)
-    if stiffness >= least or (at_end and sure) or (fitted.problem.axis.is_rotary and solved):
+    if stiffness >= least or (at_end and sure) or (fitted.problem.axis.is_rotary and (twice or solved)):
         return None
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"
 
@@ -272,6 +272,11 @@ def proven(evidence: Comparison) -> bool:
 def strong(step: Step) -> bool:
     """Whether a step's evidence is strong, and unseen data are predicted clearly better."""
     return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
+
+
+def seconded(evidence: Comparison) -> bool:
+    """True where fitted and unseen data are both likelier, and the latter predicted clearly better, if unevenly so."""
+    return evidence.bic < BIC_STRONG and evidence.foreseen > FORESEEN and evidence.unseen < CLEARLY
 
 
 def telling(step: Step) -> int:

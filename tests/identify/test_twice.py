@@ -259,34 +259,39 @@ def test_a_size_that_may_be_none_is_not_told_twice(sized):
 
 
 @pytest.mark.parametrize(
-    ("foreseen", "steady", "others", "twice_told", "interval"),
+    ("foreseen", "steady", "other", "unseen", "twice_told", "interval"),
     [
-        (85.0, -53.0, 0, False, (38.4, 70.6)),
-        (32.0, -53.0, 0, False, (-1.0, 101.0)),
-        (32.0, -53.0, 0, True, (38.4, 70.6)),
-        (85.0, -53.0, 1, False, (-1.0, 101.0)),  # may be how the other effect's curve differs
-        (700.0, -650.0, 1, False, (38.4, 70.6)),
+        (85.0, -53.0, None, 1.06, False, (38.4, 70.6)),
+        (32.0, -53.0, None, 1.06, False, (-1.0, 101.0)),
+        (32.0, -53.0, None, 1.06, True, (38.4, 70.6)),
+        (85.0, -53.0, "step_change", 0.55, False, (-1.0, 101.0)),  # may be how the other effect's curve differs
+        (700.0, -650.0, "step_change", 1.06, False, (38.4, 70.6)),
+        (85.0, -53.0, "end_stop", 0.55, False, (38.4, 70.6)),  # which acts in one place only
+        (85.0, -53.0, "end_stop", 0.75, False, (-1.0, 101.0)),
+        (55.0, -53.0, "end_stop", 0.55, False, (-1.0, 101.0)),
     ],
 )
 def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_for_them(
-    monkeypatch, foreseen, steady, others, twice_told, interval
+    monkeypatch, foreseen, steady, other, unseen, twice_told, interval
 ):
     """A drag beside a stop: 50 within 51 of the fitted data, 55 within 17 of the unseen ones."""
     guise = SimpleNamespace(name="quadratic_drag")
-    own, other = SimpleNamespace(), SimpleNamespace()
+    own, second = SimpleNamespace(), SimpleNamespace()
 
     def on_scale(one, _):
         return {"coefficient": (50.0, "N", 50.0, 51.0) if one is own else (55.0, "N", 55.0, 17.0)}
 
     monkeypatch.setattr(report_values, "_on_scale", on_scale)
     monkeypatch.setattr(conclusion, "measured", lambda _: own)
-    monkeypatch.setattr(conclusion, "second_opinion", lambda *_: other)
-    own.fit = other.fit = SimpleNamespace(problem=None)
-    told = dataclasses.replace(TOLD, foreseen=foreseen, steady=steady, again=foreseen)
-    steps = [SimpleNamespace(guise=guise, evidence=told, force_rms=1.0)] * (1 + others)
+    monkeypatch.setattr(conclusion, "second_opinion", lambda *_: second)
+    monkeypatch.setattr(conclusion, "without", lambda *_: None)
+    own.fit = second.fit = SimpleNamespace(problem=None)
+    told = dataclasses.replace(TOLD, foreseen=foreseen, steady=steady, again=foreseen, unseen=unseen)
+    guises = [guise, *([SimpleNamespace(name=other)] if other else [])]
+    steps = [SimpleNamespace(guise=one, evidence=told, force_rms=1.0) for one in guises]
     found = SimpleNamespace(
         selection=SimpleNamespace(
-            chosen=SimpleNamespace(problem=SimpleNamespace(guises=[guise])), steps=steps, baseline=None
+            chosen=SimpleNamespace(problem=SimpleNamespace(guises=guises)), steps=steps, baseline=None
         ),
         final=None,
         evidence=SimpleNamespace(held_out=None),
