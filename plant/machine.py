@@ -46,6 +46,7 @@ class Machine:
             predicted run begins. [1] (m,)
         hardening: c of a transmission whose stiffness is k (1 + c x²), stretched by x. [1/m²] (m,)
         bristle_stiffness, bristle_damping: LuGre. [N/m], [N·s/m] (m,)
+        bristle_power: by how much more than 1 the power is with which bristles yield; 0 of LuGre. [1] (m,)
         delay: dead time of the input. [s] (m,)
         two_masses, bristles: structure.
     """
@@ -64,6 +65,7 @@ class Machine:
     hardening: Floats = field(init=False)
     bristle_stiffness: Floats = field(init=False)
     bristle_damping: Floats = field(init=False)
+    bristle_power: Floats = field(init=False)
     delay: Floats = field(init=False)
     two_masses: bool = False
     bristles: bool = False
@@ -74,7 +76,8 @@ class Machine:
         none.flags.writeable = False
         self.bent = np.ones(len(self.mass))
         self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
-        self.bristle_stiffness = self.bristle_damping = self.delay = self.motor_share = self.hangs = none
+        self.bristle_stiffness = self.bristle_damping = self.bristle_power = none
+        self.delay = self.motor_share = self.hangs = none
 
     def split(self, effect: str) -> None:
         """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
@@ -297,6 +300,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.HARDENING: machine.hardening,
         row.BRISTLE_STIFFNESS: machine.bristle_stiffness,
         row.BRISTLE_DAMPING: machine.bristle_damping,
+        row.BRISTLE_POWER: machine.bristle_power,
     }
 
 

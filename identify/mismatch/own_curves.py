@@ -73,6 +73,7 @@ INNER = 0.8  # of half the travel
 FOLLOWS = 1.0  # beyond none and all: the share of the motor's inertia that follows the radius of its pulley
 LEAST = 1e-6  # bend, share of an age: none
 SLOWS = 6.0  # power of a contact's youth, past 1, by which it ages
+YIELDS = -0.97, 3.0  # past 1, the power with which bristles yield
 LASTING = "lasts"
 LASTS = 0.15  # of the longest recording, at most, that a step takes: what takes longer is a drift
 SECOND = 0.6  # of a wave, at most: each quadrature of its second harmonic
@@ -376,6 +377,25 @@ def _free_belt(guise: Guise, s: Setting) -> Guise:
     return dataclasses.replace(guise, effect=bent, unknowns=unknowns, starts=starts, shapes=("harder",))
 
 
+def _free_bristles(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
+    """Bristles that yield with another power of what is left before they slide (Dahl 1968): many, not all alike.
+
+    Sliders in parallel (Iwan 1966, Maxwell slip) yield sooner or later than LuGre's one does.
+    """
+    effect = guise.effect
+
+    def prepare(values: Floats, machine: Machine) -> Floats:
+        rows = effect.prepare(values, machine)
+        machine.bristle_power = values[-1]
+        return rows
+
+    yields = Parameter("yields", "1", (-math.inf, math.inf), default=0.0, reported=False)
+    bent = dataclasses.replace(effect, parameters=(*effect.parameters, yields), prepare=prepare)
+    unknowns = (*guise.unknowns, Unknown("yields", 0.3, *YIELDS))
+    starts = np.empty((0, len(unknowns)))
+    return dataclasses.replace(guise, effect=bent, unknowns=unknowns, starts=starts, shapes=("yields",))
+
+
 FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "quadratic_drag": _free_drag,
     "viscous_asymmetry": _free_sides,
@@ -386,6 +406,7 @@ FREED: dict[str, Callable[[Guise, Setting], Guise]] = {
     "position_dependent_friction": _free_slope,
     "step_change": _free_step,
     "dwell_time_stiction": _free_dwell,
+    "presliding_hysteresis": _free_bristles,
     "transmission_compliance": _free_belt,
     "torque_ripple": _free_ripple,
     "pulley_eccentricity": _free_lever,

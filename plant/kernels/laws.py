@@ -57,6 +57,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HARDENING,  # how the transmission's stiffness grows: k (1 + c x^2), x its stretch [1/m^2]
     BRISTLE_STIFFNESS,  # sigma_0 [N/m]
     BRISTLE_DAMPING,  # sigma_1 [N s/m]
+    BRISTLE_POWER,  # i - 1 of z' = v (1 - sgn(v) sigma_0 z/g)^i: 0 of LuGre [1]
     # at mid-step, for the laws to read
     MIDDLE,  # position of the load [m]
     MOTOR_MIDDLE,  # position of the motor, at the belt [m]
@@ -87,7 +88,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HELD,
     FOLLOWS,
     DECAYS,
-) = range(0, 53 * LANES, LANES)
+) = range(0, 54 * LANES, LANES)
 ROWS = DECAYS // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

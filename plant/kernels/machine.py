@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from plant.kernels.exponential import exp_neg
+from plant.kernels.exponential import exp_neg, power
 from plant.kernels.laws import (
     AFTER,
     AGAINST,
@@ -22,6 +22,7 @@ from plant.kernels.laws import (
     BACKWARD,
     BRISTLE,
     BRISTLE_DAMPING,
+    BRISTLE_POWER,
     BRISTLE_STIFFNESS,
     BUMP,
     CLIMB,
@@ -83,6 +84,7 @@ Ints = NDArray[np.int64]
 
 TWO_MASSES, WITH_BRISTLES, SWITCHED = 1, 2, 4  # bits of `structure`
 HARDEST = 2.25  # contact rate times sub-step, squared
+YIELDED = 0.01  # of what is left before bristles slide: a power of less is as if it were so much
 SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
 
 
@@ -193,24 +195,27 @@ def _resist(b: Floats) -> None:
 def _bristles(b: Floats, h: float) -> None:
     """Replace the set-valued friction by LuGre's: z' = v - lambda z, lambda = sigma_0 |v|/g, exact for frozen speed.
 
-    The mean over the sub-step is linear in the mid-step velocity V: F = HELD + RESIST V.
+    The mean over the sub-step is linear in the mid-step velocity V: F = HELD + RESIST V. Bristles that yield with
+    another power than LuGre's (Dahl 1968) do so, over the sub-step, at the pace of its beginning.
     """
     for j in range(LANES):
         velocity = b[VELOCITY + j]
         up, down = b[UP + j], b[DOWN + j]
         level = max(up if velocity >= 0.0 else down, 1e-9)
         sigma0, sigma1 = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j]
-        rate = sigma0 * abs(velocity) / level
+        bent = sigma0 * b[BRISTLE + j] / level
+        pace = power(max(abs(1.0 - (bent if velocity >= 0.0 else -bent)), YIELDED), b[BRISTLE_POWER + j])
+        rate = pace * sigma0 * abs(velocity) / level
         x = rate * h
         safe = max(x, SMALL)
         keeps = (1.0 - exp_neg(safe)) / safe
         keeps = keeps if x > SMALL else 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
         gains = (1.0 - keeps) / safe
         gains = gains if x > SMALL else 0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0)))
-        b[FOLLOWS + j] = h * keeps
+        b[FOLLOWS + j] = pace * h * keeps
         b[DECAYS + j] = x * keeps
         b[HELD + j] = (sigma0 - sigma1 * rate) * keeps * b[BRISTLE + j]
-        b[RESIST + j] += sigma0 * gains * h + sigma1 * keeps
+        b[RESIST + j] += pace * (sigma0 * gains * h + sigma1 * keeps)
         b[UP + j] = 0.0
         b[DOWN + j] = 0.0
 
