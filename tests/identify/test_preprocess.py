@@ -7,7 +7,7 @@ import pytest
 
 from identify.faults import bend, force_spikes, frozen, spikes_and_steps, unfelt, unwrapped
 from identify.identification import identify_friction
-from identify.preprocess import prepare, smooth_velocity
+from identify.preprocess import Piece, average_down, prepare, smooth_velocity
 from plant.axis import TorqueHold
 from plant.presets import paper_axis
 from plant.recording import Recording
@@ -213,6 +213,28 @@ def test_fast_recordings_are_averaged_and_stay_right():
     result = identify_friction(case.recording, case.axis)
     assert result.preprocessing == ("1000 Hz averaged down to 200 Hz",)
     holds_truth(case, result)
+
+
+@pytest.mark.parametrize("held", [True, False], ids=["held", "straight"])
+def test_the_force_of_averaged_recordings_takes_a_mass_along_its_mean_positions(held):
+    """However restless it is within the means; their plain mean errs by a quarter of what a restless force does."""
+    rng = np.random.default_rng(4)
+    period, ratio = 1e-3, 5
+    force = rng.standard_normal(2000)
+    ahead = force if held else np.append(force[1:], force[-1])
+    velocity = np.concatenate([[0.0], np.cumsum(0.5 * (force + ahead)[:-1]) * period])
+    moved = velocity[:-1] * period + (2.0 * force + ahead)[:-1] * period**2 / 6.0
+    position = np.concatenate([[0.0], np.cumsum(moved)])
+    piece = Piece(np.arange(2000) * period, force, position, np.ones(2000, dtype=np.bool_))
+    mean = average_down(piece, ratio, held)
+    turns = np.diff(mean.position, 2)[1:-1]
+
+    def foretold(f):
+        return ((f[:-2] + 4.0 * f[1:-1] + f[2:]) * (ratio * period) ** 2 / 6.0)[1:-1]
+
+    assert foretold(mean.force) == pytest.approx(turns, abs=1e-9 * np.abs(turns).max())
+    plain = force.reshape(-1, ratio).mean(axis=1)
+    assert np.std(foretold(plain) - turns) > 0.25 * np.std(turns)
 
 
 def test_a_mean_force_runs_through_its_sample_as_its_neighbours_say():
