@@ -23,6 +23,7 @@ Z_LEAST = 2.0  # what is enough where the evidence is strong even without its mo
 SOFTEST = 1e-3  # of the upper bound of a stop's stiffness: there the catalogue's stops begin (1 kN/m)
 ENDING = 0.15  # of the travel: a softer one is none unless it begins so near the end, and unseen data are for it
 SMALLEST = 0.007  # of the dry friction: force, where it acts, of an effect that is worth a name
+UNEVEN = 0.012  # of it, where unseen data do not foretell the effect: friction wanders by as much along the travel
 TINIEST = 0.002  # of it, where the effect leaves hardly any error on unseen data, and they are likelier by it
 HALF = 0.5  # of the smallest size that is a finding: enough for such an effect
 FREE_RUN = 0.98  # eq. (4) over one second must fall at least to this share, on fitted and unseen data together
@@ -36,6 +37,7 @@ DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen 
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
+SLACK = 0.75  # of the latent force: what leaves more, and is not foretold, is no gap, but how the axis breaks away
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name
@@ -55,6 +57,7 @@ LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they 
 
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BRISTLES = "presliding_hysteresis"
+GAP = "backlash"
 DAMPED = 3.0  # times the critical damping: bristles that are damped more are none
 ON_BOUND = "a parameter ended on its bound"  # reason that a likely effect gets no name
 NO_NAME = "it is in no catalogue"  # reason that likely physics gets none
@@ -108,6 +111,8 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         return f"it makes data it has not seen less likely (z = {evidence.foreseen_z:.1f})"
     if evidence.support < SUPPORT and evidence.foreseen < -BIC and evidence.unseen > DISTINCT:
         return f"data it has not seen hardly speak for it (evidence {evidence.foreseen:.0f})"
+    if guise.name == GAP and evidence.lacking > SLACK and not foretold(evidence):
+        return f"it leaves {evidence.lacking:.0%} of the latent force: no gap is so small a part of what is missing"
     if not _hidden_state(guise, evidence):
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
         if both > (NO_WORSE if evidence.bic < BIC_STRONG else FREE_RUN):
@@ -130,7 +135,7 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float, 
         twice: whether another recording tells the same, with the same sizes: of a soft stop that is enough.
     """
     sure = proven(evidence)
-    least = (TINIEST if sure else SMALLEST) * fitted.dry_level
+    least = (TINIEST if sure else SMALLEST if foretold(evidence) else UNEVEN) * fitted.dry_level
     if force < least:
         return f"its force of {force:.2g} is below {least:.2g}"
     if guise.depends is not None:

@@ -835,6 +835,36 @@ def test_a_soft_stop_is_one_where_it_begins_near_the_end_and_proves_itself():
     )
 
 
+@pytest.mark.parametrize(
+    ("force", "foreseen", "z", "left", "named"),
+    [
+        (0.74, 143.0, 1.6, 0.7, False),  # a healthy joint had such a place, beside another exponent
+        (0.74, 143.0, 3.2, 0.7, True),
+        (1.3, 143.0, 1.6, 0.7, True),
+        (0.6, 143.0, 3.2, 0.7, False),
+        (0.3, 143.0, 3.2, 0.05, True),
+    ],
+)
+def test_what_is_as_small_as_friction_wanders_must_be_foretold(force, foreseen, z, left, named):
+    unknowns = (Unknown("coefficient", 1.0, -9.0, 9.0),)
+    guise = Guise(find("quadratic_drag"), unknowns, np.array([[1.0]]))
+    problem = SimpleNamespace(slot=lambda _: slice(0, 1), bounds=(np.array([-9.0]), np.array([9.0])))
+    fitted = SimpleNamespace(problem=problem, x=np.array([1.0]), dry_level=100.0)
+    evidence = Comparison(-106.0, 3.7, -70.0, 0.9, left, foreseen, z, 1.0, foreseen)
+    assert (refusal(fitted, guise, evidence, force) is None) is named
+
+
+@pytest.mark.parametrize(("left", "z", "named"), [(0.68, 1.2, True), (0.86, 1.2, False), (0.86, 5.0, True)])
+def test_a_gap_takes_latent_force_away(left, z, named):
+    """Steps of torque averaged over 10 ms, on a lift that sticks: a gap of 0.6 mm beside its constant force."""
+    unknowns = (Unknown("gap", 1e-3, 1e-5, 1e-2, log=True),)
+    guise = Guise(find("backlash"), unknowns, np.array([[1e-3]]), stiff=True)
+    problem = SimpleNamespace(slot=lambda _: slice(0, 1), bounds=(np.array([-9.0]), np.array([9.0])))
+    fitted = SimpleNamespace(problem=problem, x=np.array([0.0]), dry_level=100.0)
+    evidence = Comparison(-888.0, 4.4, -615.0, 1.0, 0.712, 183.0, z, 0.21, 60.0, left)
+    assert (refusal(fitted, guise, evidence, 17.0) is None) is named
+
+
 def test_a_force_that_acts_for_a_spell_has_its_beginning_and_its_end():
     rng = np.random.default_rng(3)
     seen = rng.standard_normal((500, 12))
