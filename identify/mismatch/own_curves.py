@@ -72,7 +72,8 @@ STEEPEST = 0.1  # of a spring's greatest slope within INNER: where it has less a
 INNER = 0.8  # of half the travel
 FOLLOWS = 1.0  # beyond none and all: the share of the motor's inertia that follows the radius of its pulley
 LEAST = 1e-6  # bend, share of an age: none
-SLOWS = 6.0  # power of a contact's youth, past 1, by which it ages
+LENGTHS = 4.0  # times the longest slip of contacts that age exponentially
+SLOWS = 10.0  # power of a contact's youth, past 1, by which it ages
 YIELDS = -0.97, 3.0  # past 1, the power with which bristles yield
 LASTING = "lasts"
 LASTS = 0.15  # of the longest recording, at most, that a step takes: what takes longer is a drift
@@ -327,11 +328,15 @@ def _free_step(guise: Guise, s: Setting) -> Guise:
 
 
 def _free_dwell(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
-    """Contacts that age ever more slowly, as the logarithm of the rest, and slip away evenly: Dieterich 1972."""
+    """Contacts that age ever more slowly, as the logarithm of the rest, and slip away evenly: Dieterich 1972.
+
+    The logarithm of an age that slip shortens goes with several slip lengths.
+    """
     shapes = (Unknown("slows", 1.0, 0.0, SLOWS), Unknown("slides", 0.3, 0.0, 1.0))
     bent = _bent(guise, _slow_rise, shapes, {})
     effect = dataclasses.replace(bent.effect, laws=(_slow_rise, _slow_age))
-    return dataclasses.replace(bent, effect=effect, bends=(0.0, 2.0))
+    slip = dataclasses.replace(bent.unknowns[-1], high=LENGTHS * bent.unknowns[-1].high)
+    return dataclasses.replace(bent, effect=effect, unknowns=(*bent.unknowns[:-1], slip), bends=(0.0, 2.0))
 
 
 def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001

@@ -29,6 +29,7 @@ Floats = NDArray[np.float64]
 DIFFERENCE = 1e-5  # of a scaled unknown
 ITERATIONS = 10
 LONGEST_REST = 3.0  # s, within which a moment is looked for that is as likely
+UNTOLD = 3.0  # half-width of a logarithm: a factor of 20 either way, and zero is about as likely
 EDGE = 1e-6  # of a scaled unknown: nearer to its bound it is there
 MOMENTS = 61
 
@@ -94,30 +95,28 @@ def quantities(
         else:
             factor = float(np.exp(min(half, 50.0)))
             interval = (value / factor, value * factor)
-            if _none_of_it(one.fit, guise, name):
-                interval = (0.0, max(interval[1], _at_most(one.fit, guise, name)))
+            if guise.optional(name) and (half > UNTOLD or _none_of_it(one.fit, guise, name)):
+                interval = (0.0, max(value, _at_most(one.fit, guise, name)))
         found[name] = Quantity(value, unit, interval)
     return found
 
 
 def _none_of_it(fit: Fit, guise: Guise, parameter: str) -> bool:
     """Whether a damping, of which there may be none, ended where there is as good as none."""
-    if not guise.optional(parameter):
-        return False
     index = fit.problem.slot(guise).start + guise.unknowns.index(guise.unknown(parameter))
     return bool(fit.x[index] <= fit.problem.bounds[0][index] + EDGE)
 
 
 def _at_most(fit: Fit, guise: Guise, parameter: str) -> float:
-    """The largest value of a damping that would be about as likely as as good as none."""
+    """The largest value of a damping that would be about as likely, all else as fitted."""
     problem, unknown = fit.problem, guise.unknown(parameter)
     index = problem.slot(guise).start + guise.unknowns.index(unknown)
     points = np.repeat(fit.x[None], MOMENTS, axis=0)
     low, high = problem.bounds
     points[:, index] = np.linspace(low[index], high[index], MOMENTS)
     losses = problem.losses(points, fit.found.gain)
-    unlikely = np.flatnonzero(losses > losses[0] + NORMAL**2)
-    return float(unknown.value(points[unlikely[0] if len(unlikely) else -1, index, None])[0])
+    likely = np.flatnonzero(losses <= min(float(losses.min()), fit.found.criterion) + NORMAL**2)
+    return float(unknown.value(points[min(likely[-1] + 1 if len(likely) else 0, MOMENTS - 1), index, None])[0])
 
 
 def _lasts(fit: Fit, guise: Guise) -> float:

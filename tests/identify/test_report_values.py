@@ -43,7 +43,7 @@ def test_what_both_recordings_tell_of_a_size_is_weighed_by_how_well_they_know_it
         told.fit = fit
         return told
 
-    guise = SimpleNamespace(name="backlash")
+    guise = SimpleNamespace(name="backlash", optional=lambda _: False)
     alike = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.4), pooled=True)["gap"]
     assert alike.value == pytest.approx((1.0 / 0.09 + 1.2 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16))
     assert alike.ci95[1] - alike.value == pytest.approx((1.0 / 0.09 + 1.0 / 0.16) ** -0.5)
