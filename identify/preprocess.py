@@ -25,6 +25,7 @@ AVERAGED = 0.005  # s, what they are averaged to when the axis file does not say
 REGULAR = 0.1  # share of the period a regular clock's steps may scatter
 LOST_SAMPLE = 1.5  # periods: a longer step of a regular clock is a gap
 LOST_IRREGULAR = 3.5  # periods, for an irregular clock
+FEWEST = 3  # means in a row of which the one in the middle turns
 SHORTEST_RUN = 20  # samples; shorter pieces between gaps are dropped
 NOMINAL = 0.05  # share by which the nominal sample time may miss the stamps' median
 
@@ -139,7 +140,9 @@ def average_down(piece: Piece, ratio: int, held: bool) -> Piece:
     pushed = 0.5 * (before + piece.force) if held else (before + 4.0 * piece.force + after) / 6.0
     hat = (ratio - np.abs(np.arange(1 - ratio, ratio))) / ratio**2
     valid = blocks(piece.valid.astype(np.float64)) > 0.5
-    force = _straight(blocks(np.convolve(pushed, hat, "same")), blocks(pushed))
+    force = blocks(pushed)
+    if len(force) >= FEWEST:
+        force = _straight(blocks(np.convolve(pushed, hat, "same")), force)
     return Piece(blocks(piece.t), force, blocks(piece.position), valid)
 
 

@@ -237,6 +237,15 @@ def test_the_force_of_averaged_recordings_takes_a_mass_along_its_mean_positions(
     assert np.std(foretold(plain) - turns) > 0.25 * np.std(turns)
 
 
+@pytest.mark.parametrize("samples", [0, 1, 4, 5, 9, 10, 14, 15, 21])
+def test_a_piece_of_a_few_means_is_averaged_like_any_other(samples):
+    """A piece of three samples between two faults ended a diagnosis."""
+    t = np.arange(samples) * 1e-3
+    mean = average_down(Piece(t, np.full(samples, 2.0), t**2, np.ones(samples, dtype=np.bool_)), 5, held=True)
+    assert len(mean.t) == len(mean.force) == len(mean.position) == samples // 5
+    assert mean.force == pytest.approx(np.full(samples // 5, 2.0))
+
+
 def test_a_mean_force_runs_through_its_sample_as_its_neighbours_say():
     ramp = dataclasses.replace(CASE.recording, force=30.0 * CASE.recording.t, hold=TorqueHold.MEAN)
     samples = prepare(ramp, CASE.axis)
