@@ -210,13 +210,14 @@ The force error is theirs, parallel decimation: their symmetric model has 4.00 a
 read at its sample as they read it. Two thirds of what the pulses add is that: held until the next, as the drive holds
 it, the same model has 3.95 and 4.57 %.
 
-*Doubtful:* that viscous friction differs with the direction agrees with the authors (and with the figure: the even half
-falls straight with the speed). But these files are so clean (encoder steps of 50 nm) that what no effect explains is
-evident too, and comes to two fifths of what the names explain. The rule gives no name beyond that; it stood at three
-tenths, untouched by any training case, until these files made us look at it, and at a half until a training case did:
-so EMPS is no blind proof of the rule. With all of the pulses held out the model is the same (2.63 % on the fitted file,
-2.94 % on the pulses; the baseline 3.48 and 4.13 %), and just beyond the rule. That bristles which bend less than 20 µm
-before they slide are none was held against what was fitted to these files, too (9 µm: the pulses have 3.14 % then).""",
+*Doubtful:* that viscous friction differs with the direction agrees with the authors (and with the figure: the even
+half falls straight with the speed). But these files are so clean (encoder steps of 50 nm) that what no effect explains
+is evident too, and comes to two fifths of what the names explain. The rule gives no name beyond that; it stood at
+three tenths, untouched by any training case, until these files made us look at it, and at a half until a training case
+did: so EMPS is no blind proof of the rule. With all of the pulses held out the model was the same (2.63 % on the
+fitted file, 2.94 % on the pulses; the baseline 3.48 and 4.13 %; all four before fast recordings were averaged as a
+mass moves), and just beyond the rule. That bristles which bend less than 20 µm before they slide are none was held
+against what was fitted to these files, too (9 µm: the pulses have 3.14 % then).""",
     "Cart on a rail": """\
 The current is a command, switched by a relay at fixed positions; the mass is the author's estimate. Nobody knows what
 is true of this machine beyond that.
