@@ -133,6 +133,7 @@ class Guise:
         freed: the same effect, its own curve free to bend; None where the catalogue's is the only one.
         shapes: parameters by which a freed curve bends.
         bends: scaled values of the first of them to begin at.
+        endless: those of them whose bound is as good as a law of its own, and no sign of another effect.
         allows: says of parameter values why a curve so bent is no such effect, or None.
     """
 
@@ -150,6 +151,7 @@ class Guise:
     freed: Guise | None = None
     shapes: tuple[str, ...] = ()
     bends: tuple[float, ...] = (0.0,)
+    endless: frozenset[str] = frozenset()
     allows: Callable[[dict[str, float]], str | None] | None = None
 
     @property

@@ -73,7 +73,7 @@ INNER = 0.8  # of half the travel
 FOLLOWS = 1.0  # beyond none and all: the share of the motor's inertia that follows the radius of its pulley
 LEAST = 1e-6  # bend, share of an age: none
 LENGTHS = 4.0  # times the longest slip of contacts that age exponentially
-SLOWS = 10.0  # power of a contact's youth, past 1, by which it ages
+SLOWS = 10.0  # power of a contact's youth, past 1, by which it ages: there it is as good as the logarithm
 YIELDS = -0.97, 3.0  # past 1, the power with which bristles yield
 LASTING = "lasts"
 LASTS = 0.15  # of the longest recording, at most, that a step takes: what takes longer is a drift
@@ -336,7 +336,8 @@ def _free_dwell(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001
     bent = _bent(guise, _slow_rise, shapes, {})
     effect = dataclasses.replace(bent.effect, laws=(_slow_rise, _slow_age))
     slip = dataclasses.replace(bent.unknowns[-1], high=LENGTHS * bent.unknowns[-1].high)
-    return dataclasses.replace(bent, effect=effect, unknowns=(*bent.unknowns[:-1], slip), bends=(0.0, 2.0))
+    unknowns = (*bent.unknowns[:-1], slip)
+    return dataclasses.replace(bent, effect=effect, unknowns=unknowns, bends=(0.0, 2.0), endless=frozenset({"slows"}))
 
 
 def _free_ripple(guise: Guise, s: Setting) -> Guise:  # noqa: ARG001

@@ -300,7 +300,8 @@ def at_edge(fitted: Fit, guise: Guise) -> bool:
 def bent_to_edge(fitted: Fit, guise: Guise) -> bool:
     """True where the effect's own curve is bent as far as it may be; one that is straight where that begins is not."""
     straight = np.array([unknown.low == 0.0 for unknown in guise.unknowns])
-    return _on_bound(fitted, guise, _shapes(guise), straight)
+    endless = np.array([unknown.parameter in guise.endless for unknown in guise.unknowns])
+    return _on_bound(fitted, guise, _shapes(guise) & ~endless, straight)
 
 
 def _shapes(guise: Guise) -> Bools:

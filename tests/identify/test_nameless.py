@@ -1070,5 +1070,5 @@ def test_a_moment_lies_within_what_was_recorded(monkeypatch):
     monkeypatch.setattr(report_values, "_on_scale", lambda *_: {"time": (11.5, "s", 11.5, 200.0)})
     monkeypatch.setattr(report_values, "_as_likely", lambda *_: (11.0, 12.0))
     fit = SimpleNamespace(problem=SimpleNamespace(samples=SimpleNamespace(t=np.linspace(1.0, 36.0, 36))))
-    found = report_values.quantities(report_values.Measured(fit, None), SimpleNamespace(name="step_change"))
+    found = report_values.quantities(report_values.Measured(fit, None), SimpleNamespace(name="step_change", shapes=()))
     assert found["time"].ci95 == (1.0, 36.0)

@@ -198,7 +198,10 @@ def test_bounds_of_a_shape_are_not_those_of_the_effect():
         problem = SimpleNamespace(bounds=freed.bounds(), slot=lambda _, size=freed.size: slice(0, size))
         x = 0.5 * (problem.bounds[0] + problem.bounds[1])
         bent, ended = x.copy(), x.copy()
-        shape = next(k for k, unknown in enumerate(freed.unknowns) if unknown.parameter in freed.shapes)
+        told = [
+            unknown.parameter in freed.shapes and unknown.parameter not in freed.endless for unknown in freed.unknowns
+        ]
+        shape = told.index(True)
         bent[shape], ended[0] = problem.bounds[1][shape], problem.bounds[1][0]
         at = [
             (at_edge(fit, freed), bent_to_edge(fit, freed))
