@@ -53,7 +53,6 @@ from identify.mismatch.rules import (
     outdone,
     overwhelming,
     price,
-    seconded,
     strong,
 )
 from identify.mismatch.select import PLACES, Selection, without
@@ -496,7 +495,7 @@ class Conclusion:
 
         What a little mass takes is above what forces are taken to; what a first break-away takes is short.
         """
-        step = next(step for step in self.selection.steps if step.guise.name == effect.name)
+        step = _named(self.selection.steps, effect.name)
         predicts = foretold(step.evidence) and step.evidence.unseen < MUCH
         predicts = predicts or _elsewhere(step, self.selection.steps)
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
@@ -516,15 +515,15 @@ class Conclusion:
 
     def _told(self, effect: FoundEffect) -> Comparison:
         """What speaks for an effect beside the other names."""
-        return next(step.evidence for step in self.selection.steps if step.guise.name == effect.name)
+        return _named(self.selection.steps, effect.name).evidence
 
     @cached_property
     def effects(self) -> tuple[FoundEffect, ...]:
         """The chosen effects, the largest share first.
 
         Where the fitted data alone cannot tell whether one is there and unseen data speak for it, its sizes are those
-        of both together; beside others, all data must be overwhelmingly likelier, or unseen ones both likelier and
-        predicted clearly better, for it may be how another's curve differs.
+        of both together; beside others, all data must be overwhelmingly likelier, or, beside what acts in one
+        place, unseen ones likelier and predicted clearly better, for it may be how another's curve differs.
         """
         chosen, final = self.selection.chosen, measured(self.final)
         other = second_opinion(self.final, self.evidence.held_out)
@@ -575,7 +574,13 @@ def _elsewhere(step: Step, steps: Sequence[Step]) -> bool:
     The others act in one place, and it everywhere.
     """
     others = {other.guise.name for other in steps} - {step.guise.name}
-    return seconded(step.evidence) and set() < others <= PLACES and step.guise.name not in PLACES
+    told = strong(step) and step.evidence.foreseen > FORESEEN
+    return told and set() < others <= PLACES and step.guise.name not in PLACES
+
+
+def _named(steps: Sequence[Step], name: str) -> Step:
+    """The step of this effect."""
+    return next(step for step in steps if step.guise.name == name)
 
 
 def _foretells(told: Comparison) -> bool:

@@ -40,7 +40,7 @@ ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
 # always looked at beside a likelier relative: from where neither is near, bristles have no slope
-KIN = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "creeping_spring"}}
+RELATIVES = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "creeping_spring"}}
 # looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
 WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
@@ -157,7 +157,7 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
     known = {name for name, _ in found}
     for guise in guises:
-        if (guise.name in NO_SLOPE or KIN.get(guise.name, set()) & known) and guise.name not in known:
+        if (guise.name in NO_SLOPE or RELATIVES.get(guise.name, set()) & known) and guise.name not in known:
             starts = list(guise.scaled_starts())
             found[guise.name, guise.fixed] = Candidate(guise, starts, [current.found.gain] * len(starts))
     return list(found.values())

@@ -103,20 +103,26 @@ def quantities(
 
 def _none_of_it(fit: Fit, guise: Guise, parameter: str) -> bool:
     """Whether a damping, of which there may be none, ended where there is as good as none."""
-    index = fit.problem.slot(guise).start + guise.unknowns.index(guise.unknown(parameter))
+    index = _index(fit, guise, parameter)
     return bool(fit.x[index] <= fit.problem.bounds[0][index] + EDGE)
 
 
 def _at_most(fit: Fit, guise: Guise, parameter: str) -> float:
     """The largest value of a damping that would be about as likely, all else as fitted."""
     problem, unknown = fit.problem, guise.unknown(parameter)
-    index = problem.slot(guise).start + guise.unknowns.index(unknown)
+    index = _index(fit, guise, parameter)
     points = np.repeat(fit.x[None], MOMENTS, axis=0)
     low, high = problem.bounds
     points[:, index] = np.linspace(low[index], high[index], MOMENTS)
     losses = problem.losses(points, fit.found.gain)
     likely = np.flatnonzero(losses <= min(float(losses.min()), fit.found.criterion) + NORMAL**2)
     return float(unknown.value(points[min(likely[-1] + 1 if len(likely) else 0, MOMENTS - 1), index, None])[0])
+
+
+def _index(fit: Fit, guise: Guise, parameter: str) -> int:
+    """Where the unknown of a parameter is among those of the fit."""
+    start: int = fit.problem.slot(guise).start
+    return start + guise.unknowns.index(guise.unknown(parameter))
 
 
 def _lasts(fit: Fit, guise: Guise) -> float:

@@ -279,11 +279,6 @@ def strong(step: Step) -> bool:
     return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
 
 
-def seconded(evidence: Comparison) -> bool:
-    """True where fitted and unseen data are both likelier, and the latter predicted clearly better, if unevenly so."""
-    return evidence.bic < BIC_STRONG and evidence.foreseen > FORESEEN and evidence.unseen < CLEARLY
-
-
 def telling(step: Step) -> int:
     """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
     told = step.evidence
@@ -309,12 +304,12 @@ def _shapes(guise: Guise) -> Bools:
     return np.array([unknown.parameter in guise.shapes for unknown in guise.unknowns])
 
 
-def _on_bound(fitted: Fit, guise: Guise, asked: Bools, spared: Bools | bool = False) -> bool:
+def _on_bound(fitted: Fit, guise: Guise, asked: Bools, spared: Bools) -> bool:
     """True where one of the unknowns that are `asked` (q,) ended on a bound, but the lower one of those `spared`."""
     low, high = fitted.problem.bounds
     slot = fitted.problem.slot(guise)
     x = fitted.x[slot]
-    return bool((asked & (((x <= low[slot] + 1e-6) & ~np.array(spared)) | (x >= high[slot] - 1e-6))).any())
+    return bool((asked & (((x <= low[slot] + 1e-6) & ~spared) | (x >= high[slot] - 1e-6))).any())
 
 
 def price(fitted: Fit) -> float:
