@@ -70,6 +70,7 @@ def predict_machine(
     goes_on: bool,
     scratch: Floats,
     error: Floats,
+    first: int,
 ) -> None:
     """Fill the one-step prediction errors of `LANES` candidates over n samples in one or more runs.
 
@@ -93,7 +94,9 @@ def predict_machine(
             by its shares of drive force and weight. (runs or 0, rows * LANES)
         goes_on: whether a run that another leads to is only the rest of that one; `memory` is filled.
         scratch: room for a copy of the block, and the latent acceleration. (rows * LANES + LANES,)
-        error: measured minus predicted position. [m] (n, LANES)
+        error: measured minus predicted position, those of these candidates in the columns from `first` on. [m]
+            (n, >= first + LANES)
+        first: see `error`.
     """
     n, size = position.shape[0], block.shape[0]
     own_force, own_position = drive.shape[2] == LANES, position.shape[1] == LANES
@@ -138,7 +141,7 @@ def predict_machine(
                         b[BRISTLE + j] = _settled(b, j, carried)
         for j in range(LANES):
             e = position[k, j if own_position else 0] - b[observed + j] if valid[k] else 0.0
-            error[k, j] = e
+            error[k, first + j] = e
             dy, dv = gain[0, j] * e, gain[1, j] * e
             b[POSITION + j] += dy
             b[SPEED + j] += dv

@@ -26,9 +26,10 @@ YOUNG = 1e-30  # contact age that is as good as none: numbers too small for the 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _older(age: float, first: float, rest: float, slipped: float) -> float:
-    """Contact age, `first` where there is none yet, after `rest` time constants at rest and `slipped` slip lengths."""
+    """Contact age, `first` where there is none, after `rest` time constants at rest or else `slipped` slip lengths."""
     age = age if age == age else first
-    older = (1.0 - (1.0 - age) * exp_neg(rest)) * exp_neg(slipped)
+    left = exp_neg(rest if rest > 0.0 else slipped)
+    older = 1.0 - (1.0 - age) * left if rest > 0.0 else age * left
     return older if older > YOUNG else 0.0
 
 
@@ -52,7 +53,7 @@ def _rise(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
 def _age(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         rested = rests_for(h, abs(b[SPEED + j]), b[BRISTLE_STIFFNESS + j])
-        slipped = 0.0 if rested > 0.0 else h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
+        slipped = h * abs(b[VELOCITY + j]) / p[2 * LANES + j]
         x[j] = _older(x[j], p[3 * LANES + j], rested / p[LANES + j], slipped)
 
 

@@ -88,8 +88,10 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     HELD,
     FOLLOWS,
     DECAYS,
-) = range(0, 54 * LANES, LANES)
-ROWS = DECAYS // LANES + 1  # rows before the states and parameters of the effects
+    PACE,
+    SOFTER,
+) = range(0, 56 * LANES, LANES)
+ROWS = SOFTER // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]
 SIGNATURE = types.void(types.float64, types.float64, _DOUBLES, _DOUBLES, _DOUBLES)

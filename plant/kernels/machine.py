@@ -54,9 +54,11 @@ from plant.kernels.laws import (
     MOTOR_POSITION,
     MOTOR_SHARE,
     MOTOR_SPEED,
+    PACE,
     POSITION,
     RESIST,
     RISE,
+    SOFTER,
     SPEED,
     STAGE_FORCE,
     STAGE_LEVEL,
@@ -198,13 +200,21 @@ def _bristles(b: Floats, h: float) -> None:
     The mean over the sub-step is linear in the mid-step velocity V: F = HELD + RESIST V. Bristles that yield with
     another power than LuGre's (Dahl 1968) do so, over the sub-step, at the pace of its beginning.
     """
+    yields = 0
+    for j in range(LANES):
+        b[PACE + j] = 1.0
+        yields += 0 if b[BRISTLE_POWER + j] == 0.0 else 1
+    if yields:
+        for j in range(LANES):
+            velocity = b[VELOCITY + j]
+            level = max(b[UP + j] if velocity >= 0.0 else b[DOWN + j], 1e-9)
+            bent = b[BRISTLE_STIFFNESS + j] * b[BRISTLE + j] / level
+            left = max(abs(1.0 - (bent if velocity >= 0.0 else -bent)), YIELDED)
+            b[PACE + j] = power(left, b[BRISTLE_POWER + j])
     for j in range(LANES):
         velocity = b[VELOCITY + j]
-        up, down = b[UP + j], b[DOWN + j]
-        level = max(up if velocity >= 0.0 else down, 1e-9)
-        sigma0, sigma1 = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j]
-        bent = sigma0 * b[BRISTLE + j] / level
-        pace = power(max(abs(1.0 - (bent if velocity >= 0.0 else -bent)), YIELDED), b[BRISTLE_POWER + j])
+        level = max(b[UP + j] if velocity >= 0.0 else b[DOWN + j], 1e-9)
+        sigma0, sigma1, pace = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j], b[PACE + j]
         rate = pace * sigma0 * abs(velocity) / level
         x = rate * h
         safe = max(x, SMALL)
@@ -238,48 +248,75 @@ def _solve_one(b: Floats, inverse_h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _resist_and_solve(b: Floats, inverse_h: float) -> None:
-    """`_resist` and `_solve_one` in one pass without the rows between them: the common case, twice as fast."""
+def _slide(b: Floats, inverse_h: float) -> int:
+    """`_resist` and the velocity of a rigid machine, as if it came to rest nowhere; how many lanes do."""
+    turns = 0
     for j in range(LANES):
         v = b[SPEED + j]
-        velocity = 0.5 * (v + b[AHEAD + j])
-        speed = abs(velocity)
+        seen = 0.5 * (v + b[AHEAD + j])
+        speed = abs(seen)
         bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
         level = b[COULOMB + j] + b[CLIMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
         added = b[LEVEL + j] + b[STAGE_LEVEL + j]
         forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
-        half = 0.5 * ((forward if velocity >= 0.0 else backward) + b[DRAG + j] * speed)
+        half = 0.5 * ((forward if seen >= 0.0 else backward) + b[DRAG + j] * speed)
         force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
         inertia = b[MASS + j] * inverse_h
-        q = (inertia - half) * v + force
         up = max(level * b[FORWARD + j] + added, 0.0)
         down = max(level * b[BACKWARD + j] + added, 0.0)
         inverse = 1.0 / (inertia + half)
-        slide = (q - (up if v > 0.0 else -down)) * inverse
-        ahead, mean = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
-        b[AHEAD + j] = ahead
-        b[VELOCITY + j] = mean
-        b[FRICTION + j] = force - inertia * (ahead - v)
+        slide = ((inertia - half) * v + force - (up if v > 0.0 else -down)) * inverse
+        b[UP + j], b[DOWN + j], b[RESIST + j], b[HELD + j] = up, down, inverse, force
+        b[AHEAD + j] = slide
+        b[VELOCITY + j] = 0.5 * (v + slide)
+        turns += 0 if v * slide > 0.0 else 1
+    return turns
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _turn(b: Floats) -> None:
+    """The velocity where lanes come to rest on their way, or are at rest."""
+    for j in range(LANES):
+        force = b[HELD + j]
+        restart = (force - min(max(force, -b[DOWN + j]), b[UP + j])) * b[RESIST + j]
+        b[AHEAD + j], b[VELOCITY + j] = turning(b[SPEED + j], b[AHEAD + j], restart)
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _soften(b: Floats, h: float, inverse_h: float) -> None:
+    """Soften a contact that the sub-step cannot follow: else it throws the sides apart."""
+    for j in range(LANES):
+        closing = 0.5 * ((b[MOTOR_SPEED + j] + b[MOTOR_AHEAD + j]) - (b[SPEED + j] + b[AHEAD + j]))
+        expected = b[MOTOR_POSITION + j] - b[POSITION + j] + 0.5 * h * closing
+        pressed = abs(expected) - b[HALF_GAP + j]
+        k = b[STIFFNESS + j] * (1.0 + b[HARDENING + j] * pressed * pressed)
+        reduced = b[MOTOR_MASS + j] * b[MASS + j] / (b[MOTOR_MASS + j] + b[MASS + j])
+        softer = min(HARDEST * reduced * inverse_h * inverse_h / k, 1.0)
+        b[SOFTER + j] = math.sqrt(softer) if b[HALF_GAP + j] > 0.0 else 1.0
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
     """Velocities of load and motor: the motor is eliminated from the implicit midpoint rule of the pair."""
+    gaps = 0
+    for j in range(LANES):
+        b[SOFTER + j] = 1.0
+        gaps += 1 if b[HALF_GAP + j] > 0.0 else 0
+    if gaps:
+        _soften(b, h, inverse_h)
     for j in range(LANES):
         v, w = b[SPEED + j], b[MOTOR_SPEED + j]
         gap = b[HALF_GAP + j]
         stretch = b[MOTOR_POSITION + j] - b[POSITION + j]
         motor = 2.0 * b[MOTOR_MASS + j] * inverse_h
         load = b[MASS + j] * inverse_h
-        reduced = b[MOTOR_MASS + j] * b[MASS + j] / (b[MOTOR_MASS + j] + b[MASS + j])
         closing = 0.5 * ((w + b[MOTOR_AHEAD + j]) - (v + b[AHEAD + j]))
         expected = stretch + 0.5 * h * closing
         side = 1.0 if expected >= 0.0 else -1.0
         pressed = side * expected - gap
-        k = b[STIFFNESS + j] * (1.0 + b[HARDENING + j] * pressed * pressed)
-        # A contact that the sub-step cannot follow is softened: else it throws the sides apart.
-        softer = min(HARDEST * reduced * inverse_h * inverse_h / k, 1.0) if gap > 0.0 else 1.0
-        k, d = softer * k, math.sqrt(softer) * b[DAMPING + j]
+        softer = b[SOFTER + j]
+        k = softer * softer * b[STIFFNESS + j] * (1.0 + b[HARDENING + j] * pressed * pressed)
+        d = softer * b[DAMPING + j]
         push = k * pressed + d * side * closing
         touches = 1.0 if pressed >= 0.0 and (gap == 0.0 or push >= 0.0) else 0.0  # a contact cannot pull
         stiffness, damping = touches * k, touches * d
@@ -287,12 +324,12 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         coupling = 0.5 * h * stiffness + damping
         up, down, rubs = b[UP + j], b[DOWN + j], 0.0 if bristles else b[MOTOR_SHARE + j]
         viscous = rubs * b[RESIST + j]
-        slows = motor + coupling + viscous
+        slowed = 1.0 / (motor + coupling + viscous)
         on_motor = motor * w + b[DRIVE + j] - b[MOTOR_FORCE + j] - spring
         pushed = on_motor + 0.5 * coupling * (v + b[AHEAD + j])
         rubbed = min(max(pushed, -rubs * down), rubs * up)
         on_motor -= rubbed
-        share = coupling / slows
+        share = coupling * slowed
         on_load = spring + share * on_motor - b[AGAINST + j] - b[FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
         half = 0.5 * (b[RESIST + j] - viscous)
         resist = half + 0.5 * share * (motor + viscous)
@@ -305,11 +342,18 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         turned, mean = turning(v, slide, restart)
         ahead = slide if bristles else turned
         b[VELOCITY + j] = 0.5 * (v + ahead) if bristles else mean
-        middle = (on_motor + 0.5 * coupling * (v + ahead)) / slows
+        middle = (on_motor + 0.5 * coupling * (v + ahead)) * slowed
         b[AHEAD + j] = ahead
         b[MOTOR_AHEAD + j] = 0.0 if rubs > 0.0 and rubbed == pushed else 2.0 * middle - w
         dry = q - (load + resist) * ahead + rubbed
         b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead) + viscous * middle
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _friction(b: Floats, inverse_h: float) -> None:
+    """What friction of a rigid machine must have been."""
+    for j in range(LANES):
+        b[FRICTION + j] = b[HELD + j] - b[MASS + j] * inverse_h * (b[AHEAD + j] - b[SPEED + j])
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -362,7 +406,8 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
                 _estimate(block)
                 _dispatch(block, laws, TO_STAGE, middle, step)
             if not (two or bristles):
-                _resist_and_solve(block, inverse)
+                if _slide(block, inverse):
+                    _turn(block)
             else:
                 _resist(block)
                 if bristles:
@@ -371,6 +416,8 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
                     _solve_two(block, step, inverse, bristles)
                 else:
                     _solve_one(block, inverse)
+        if (ages or i + 1 == substeps) and not (two or bristles):
+            _friction(block, inverse)
         _move(block, step, two, bristles)
         if ages:
             _dispatch(block, laws, AFTER, middle, step)
