@@ -20,6 +20,8 @@ COARSE = 14  # knots along other coordinates
 HALF = 0.35  # of the highest: where a shape counts as being there
 SPELL = 0.6  # of the evidence for any force along a coordinate: one equal stretch with so much is where it acts
 LASTING = 250.0  # what unseen data must gain without their best blocks, where these do not agree: healthy ones 124
+WHITE = 0.6745 * 6.0**0.5  # median size of the second differences of white noise, of its standard deviation
+NOISY = 8.0  # standard deviations of a coordinate's noise: no shape along it may turn twice within
 ZEROS = 2  # knots at most, where a shape that pushes and then pulls goes through zero
 TOLD = {"speed": "velocity"}  # a speed, whichever way, is told as a positive velocity
 TURNS = (1, 2, 3, 6)  # harmonics of a wheel
@@ -54,7 +56,7 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
         x = ours[name]
         spread = np.linspace(0.003, 0.997, count)
         low, high = (float(edge) for edge in np.quantile(x, [0.002, 0.998]))
-        knots = np.unique(np.quantile(x, spread)) if crowded else np.linspace(low, high, count)
+        knots = _apart(np.unique(np.quantile(x, spread)), x) if crowded else np.linspace(low, high, count)
         if len(knots) < 4 or np.ptp(knots) <= 0:
             continue
         for sign in kinds:
@@ -65,6 +67,20 @@ def along_coordinates(here: View, there: View) -> Iterator[Probe]:
             continue
         for sign in both:
             yield Probe(name, _turns(ours[name]) * sign[0], _turns(theirs[name]) * sign[-1], np.array([0, 2 * np.pi]))
+
+
+def _apart(knots: Floats, x: Floats) -> Floats:
+    """Those of ascending knots (q,) that stand farther apart than the noise of x (n,) reaches.
+
+    Where an axis slides evenly its torque is one number and noise, and a shape with knots inside that noise subtracts
+    it: errors of the sensor, which no machine has felt, would look like a force along it.
+    """
+    noise = float(np.median(np.abs(np.diff(x, 2)))) / WHITE
+    kept = [float(knots[0])]
+    for knot in knots[1:].tolist():
+        if knot - kept[-1] > NOISY * noise:
+            kept.append(knot)
+    return np.array(kept)
 
 
 def hats(x: Floats, knots: Floats) -> Floats:
