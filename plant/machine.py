@@ -80,8 +80,12 @@ class Machine:
         self.delay = self.motor_share = self.hangs = none
 
     def split(self, effect: str) -> None:
-        """Put the motor's inertia on its own side of the transmission; `effect` asks for it."""
-        share = self.surroundings.need_two_masses(effect)
+        """Put the motor's inertia on its own side of the transmission, unless it is there; `effect` asks for it."""
+        if not self.two_masses:
+            self.part(self.surroundings.need_two_masses(effect))
+
+    def part(self, share: Floats | float) -> None:
+        """Put a `share` of the mass on the motor's side of the transmission, unless another effect has. [1]"""
         if not self.two_masses:
             self.two_masses, self.motor_mass = True, share * self.mass
 

@@ -16,7 +16,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
-from identify.mismatch.rugged import climbed, moved
+from identify.mismatch.rugged import climbed, moved, scattered
 from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, proven, refusal
 from identify.mismatch.score import extend, leads
 from identify.mismatch.wandering import OTHERS, wanders
@@ -44,6 +44,7 @@ RELATIVES = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "cr
 # looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
 WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
+SCOUTED = 2  # every second gain is enough to tell which points of a first look are those
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
@@ -220,6 +221,8 @@ def _look(current: Fit, candidate: Candidate) -> Look:
     others = [x, classical]
     if guise.name in BREAK_AWAY:
         others.append(_handed_over(problem, guise, x))
+    if guise.rugged:
+        others += [scattered(problem, guise, points, seen) for points in (x, classical)]
     x, seen = np.concatenate(others), np.concatenate([seen] * len(others), axis=1)
     return Look(problem, guise, *_first_look(current, problem, guise, x, seen))
 
@@ -361,7 +364,7 @@ def _first_look(
 
     Where the effect is stays as it was seen at first: far from the optimum, its slope leads anywhere.
     """
-    gains, _ = gain_table(problem.samples.sample_time)
+    gains = gain_table(problem.samples.sample_time)[0][:, ::SCOUTED]
     place = guise.place()
     pinned = None if place is None else problem.slot(guise).start + place
     first = polish_all(problem, points, seen, LOOK, ROUGH, pinned=pinned)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.mismatch.compare import SEED, Fit, fit
+from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 
 Floats = NDArray[np.float64]
@@ -23,6 +24,8 @@ FORGETS = 0.7  # of the distribution, in a generation
 NARROWER = 0.6  # of the standard deviations, each time the search is begun again
 CLIMBS = 3  # at most
 WORTH = 25.0  # of the loss: a climb that gains less is the last
+CLOUD = 48  # candidates around a start, itself among them
+SCATTER = 0.35  # of the scaled unknowns, one standard deviation
 ALONG = 64  # places that are scanned
 JITTER = 1e-14  # of a scaled unknown's variance: what never varies needs a covariance too
 
@@ -45,6 +48,23 @@ def moved(found: Fit, guise: Guise) -> Fit:
         return found
     other = fit(problem, x[[int(np.argmin(loss))]])
     return other if other.found.criterion < found.found.criterion else found
+
+
+def scattered(problem: ExtendedProblem, guise: Guise, x: Floats, gains: Floats) -> Floats:
+    """The likeliest of a cloud around each of the points x (k, size) whose unknowns of `guise` vary, at `gains` (4, k).
+
+    A start of a gap that is a quarter too wide lies on another peak, and a short polish stays there.
+    """
+    draw = np.random.default_rng(SEED)
+    slot, found = problem.slot(guise), x.copy()
+    for k in range(len(x)):
+        cloud = np.repeat(x[[k]], CLOUD, axis=0)
+        cloud[1:, slot] += SCATTER * draw.normal(size=(CLOUD - 1, guise.size))
+        cloud = np.clip(cloud, *problem.bounds)
+        with np.errstate(all="ignore"):
+            loss = np.nan_to_num(problem.losses(cloud, gains[:, k]), nan=np.inf)
+        found[k] = cloud[int(np.argmin(loss))]
+    return found
 
 
 def climbed(found: Fit, guise: Guise) -> Fit:

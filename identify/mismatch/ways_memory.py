@@ -26,6 +26,7 @@ WIDE = 0.1  # of the travel: gaps of large machines may be wider
 SLIP = 0.015  # of the recorded travel: so much of it may a contact take to break on a large machine
 NARROW = 4e-5  # m: a gap no wider than this is none, friction itself gives as much
 
+PARTED = 0.3  # of the inertia, at the motor, where nobody says
 RUBS, RUBS_MUCH = 0.05, 0.4  # of the friction, at the motor: where the search begins
 RUBBING = Parameter("motor_friction", "1", (0.0, 1.0), default=0.0, about="share of the friction", reported=False)
 MOTOR_RUBS = Unknown("motor_friction", 0.1, 0.0, 0.6)
@@ -51,7 +52,7 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     Teeth, keys and couplings give a little. How much is no finding, but a hard contact imitates nothing that is soft,
     and leaves a spring or a delay to be named beside the gap. Where a weight keeps the flanks together, none is seen.
     """
-    if Surroundings.of(s.axis).motor_share is None or not s.reverses:
+    if _motor_share(s) is None or not s.reverses:
         return []
     widest = max(WIDEST, WIDE * s.travel)
     unknowns = (
@@ -64,7 +65,7 @@ def backlash(e: Effect, s: Setting) -> list[Guise]:
     widths = np.geomspace(NARROWEST, widest, count).tolist()
     ways = ([350.0, 600.0, 1500.0], RUBS), ([600.0], RUBS_MUCH)
     starts = np.concatenate([grid(widths, rates, [0.3], [rubs]) for rates, rubs in ways])
-    return [Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW)]
+    return [_parted(Guise(soft_gap(e, s.peak), unknowns, starts, stiff=True, rugged=True, least=NARROW), s)]
 
 
 def soft_gap(effect: Effect, most: float) -> Effect:
@@ -88,7 +89,7 @@ def soft_gap(effect: Effect, most: float) -> Effect:
 
 def compliance(e: Effect, s: Setting) -> list[Guise]:
     """A spring and its damping, where there are two masses that swing slower than half the sample rate."""
-    motor = Surroundings.of(s.axis).motor_share
+    motor = _motor_share(s)
     if motor is None:
         return []
     swings = motor * (1.0 - motor) * s.mass
@@ -102,7 +103,7 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
     rows = np.array([(light * k, light * d) for k, d in ways if light * k < stiffest])
     if not len(rows):
         return []
-    usual = Guise(e, unknowns, rows, stiff=True, swings=swings)
+    usual = _parted(Guise(e, unknowns, rows, stiff=True, swings=swings), s)
     return [_let_go(usual) if s.axis.mechanics.weight != 0.0 else usual]
 
 
@@ -119,6 +120,33 @@ def _let_go(guise: Guise) -> Guise:
     unknowns = (*guise.unknowns, Unknown("hangs", 0.5, -0.5, 1.5, origin=1.0))
     starts = np.concatenate([np.insert(guise.starts, 2, share, axis=1) for share in (1.0, 0.0)])
     return dataclasses.replace(guise, effect=hanging, unknowns=unknowns, starts=starts)
+
+
+def _motor_share(s: Setting) -> float | None:
+    """Share of the inertia on the motor side, `PARTED` where a rotary axis does not tell; None: all is on one side."""
+    share = Surroundings.of(s.axis).motor_share
+    return PARTED if share is None and s.axis.is_rotary else share
+
+
+def _parted(guise: Guise, s: Setting) -> Guise:
+    """Two masses of which an axis file gives the sum (rotary: J carries it all); their shares are fitted beside them.
+
+    The load answers the drive as the reduced mass on the spring says, and inside a gap as the motor's inertia does: of
+    stiffness or width and this share the data tell little more than a product, and the intervals are as wide.
+    """
+    if Surroundings.of(s.axis).motor_share is not None:
+        return guise
+    effect, at = guise.effect, len(guise.effect.parameters)
+
+    def prepare(values: Floats, machine: Machine) -> Floats:
+        machine.part(values[at])
+        return effect.prepare(values, machine)
+
+    share = Parameter("motor_inertia", "1", (0.0, 1.0), default=PARTED, about="share of the inertia", reported=False)
+    parted = dataclasses.replace(effect, parameters=(*effect.parameters, share), prepare=prepare)
+    unknowns = (*guise.unknowns, Unknown("motor_inertia", 0.2, 0.03, 0.97, origin=PARTED, spread=1.0))
+    starts = np.insert(guise.starts, guise.starts.shape[1], PARTED, axis=1)
+    return dataclasses.replace(guise, effect=parted, unknowns=unknowns, starts=starts)
 
 
 def _stiffest(s: Setting, mass: float) -> float:
