@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property, reduce
 
 import numpy as np
@@ -502,8 +502,13 @@ class Conclusion:
 
     def _told_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little."""
-        told = self._told(effect)
-        return told.unseen <= HARDLY or foretold(told)
+        return any(told.unseen <= HARDLY or foretold(told) for told in self._ways_told(effect))
+
+    def _ways_told(self, effect: FoundEffect) -> Iterator[Comparison]:
+        """What spoke for an effect when it was added, and what does beside the others as they ended: bent, or more."""
+        yield self._told(effect)
+        chosen = self.selection.chosen
+        yield compare(without(chosen, chosen.problem.guise(effect.name)), chosen, self.evidence.held_out)
 
     def _seen_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.

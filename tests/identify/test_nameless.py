@@ -428,6 +428,25 @@ def test_contacts_of_large_machines_may_break_within_more(tmp_path):
     assert slip(2.0) == pytest.approx(0.03)
 
 
+def test_no_shape_turns_within_the_noise_of_its_coordinate():
+    """A healthy table had a force of 5 % of its friction along the torque, five times what was missing at all.
+
+    Sliding evenly its torque is one number and noise (AJ-0039): knots inside that noise subtract it, which no machine
+    has felt. A torque without noise keeps all of its knots.
+    """
+    rng = np.random.default_rng(0)
+    t = np.arange(4000) * 0.01
+    torque = np.where(np.sin(0.8 * t) > 0.0, 2.0, -2.0) + 1.5 * np.sin(2.3 * t) * (np.sin(0.11 * t) > 0.7)
+    quantiles = np.linspace(0.003, 0.997, 14)
+    for noise, kept in ((0.05, (2, 11)), (0.0, (14, 14))):
+        x = torque + noise * rng.standard_normal(len(t)) + 1e-9 * t
+        knots = np.unique(np.quantile(x, quantiles))
+        apart = shapes._apart(knots, x)
+        assert kept[0] <= len(apart) <= kept[1]
+        assert set(apart) <= set(knots)
+        assert np.diff(apart).min() > shapes.NOISY * 0.9 * noise
+
+
 @pytest.mark.parametrize(
     ("unseen", "foreseen", "z", "told"),
     [
@@ -439,8 +458,31 @@ def test_contacts_of_large_machines_may_break_within_more(tmp_path):
 )
 def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told):
     evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z)
-    fake = SimpleNamespace(_told=lambda _: evidence)
+    fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]))
     assert Conclusion._told_beside_others(fake, None) is told
+
+
+def test_what_the_others_curves_hid_is_told_by_unseen_data_once_these_are_bent(monkeypatch):
+    """A limit beside a spring that hardens: unseen data were for it with z = 2.5 before the spring was bent (AJ-0033).
+
+    Bent, the spring leaves the limit alone to explain what is left, and unseen data are predicted far better with it.
+    """
+    before = Comparison(-15527.0, 4.2, -10328.0, 0.55, 1.05, 2892.0, 2.5)
+    after = Comparison(-9000.0, 8.0, -7000.0, 0.1, 0.2, 4000.0, 8.0)
+    limit = SimpleNamespace(name="torque_saturation")
+    problem = SimpleNamespace(guise=lambda name: {limit.name: limit}[name])
+    steps = [SimpleNamespace(guise=limit, evidence=before)]
+    chosen = SimpleNamespace(problem=problem)
+    fake = SimpleNamespace(
+        selection=SimpleNamespace(steps=steps, chosen=chosen), evidence=SimpleNamespace(held_out=None)
+    )
+    fake._told = lambda effect: Conclusion._told(fake, effect)
+    fake._ways_told = lambda effect: Conclusion._ways_told(fake, effect)
+    monkeypatch.setattr(conclusion, "without", lambda fitted, guise: (fitted, guise))
+    effect = FoundEffect(limit.name, 0.1, {"limit": Quantity(3.9, "N*m", (3.7, 4.1))}, 1.0)
+    for last, told in ((after, True), (before, False)):
+        monkeypatch.setattr(conclusion, "compare", lambda rest, *_, last=last: last if rest[1] is limit else None)
+        assert Conclusion._told_beside_others(fake, effect) is told
 
 
 def test_bristles_on_which_the_mass_swings_faster_than_the_samples_tell_are_none(tmp_path):
@@ -545,6 +587,7 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
         selection=SimpleNamespace(steps=steps),
     )  # fmt: skip
     fake._told = lambda _: told
+    fake._ways_told = lambda _: iter([told])
     fake._felt_beside_others = lambda effect: Conclusion._felt_beside_others(fake, effect)
     fake._told_beside_others = lambda effect: Conclusion._told_beside_others(fake, effect)
     fake._seen_beside_others = lambda effect: Conclusion._seen_beside_others(fake, effect)
