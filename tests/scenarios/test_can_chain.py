@@ -51,7 +51,7 @@ def test_frames_on_a_bus_become_an_alert(tmp_path):
             try:
                 wait_for(lambda: bridge_is_up(other), 30, "the bridge")
                 play_scenario(scenario, settings, last=BURSTS)
-                wait_for(lambda: len(ear.heard["parameters"]) >= BURSTS, 120, "an answer for every burst")
+                wait_for(lambda: len(ear.heard["parameters"]) >= BURSTS, 300, "an answer for every burst")
                 alerts = wait_for(lambda: ask_alerts(other), 30, "an alert")
             finally:
                 stop.set()
