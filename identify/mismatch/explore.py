@@ -23,7 +23,7 @@ from identify.mismatch.wandering import OTHERS, wanders
 from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import Samples
-from identify.search import CLASSICAL, losses_by_gain
+from identify.search import CLASSICAL, SCOUTED, losses_by_gain
 from identify.threads import allowed, side_by_side
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,6 @@ RELATIVES = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "cr
 # looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
 WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
-SCOUTED = 2  # every second gain is enough to tell which points of a first look are those
 HOPEFUL = 3  # points of a first look that are polished at their likeliest gain too
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
