@@ -11,6 +11,7 @@ from scipy.ndimage import convolve1d
 from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import MOST, ExtendedProblem
+from identify.mismatch.quiet import quieted
 from identify.mismatch.rules import price
 from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
@@ -51,7 +52,8 @@ def read_torque(gathered: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
     """The baseline, and the evidence with the torque read in the likeliest way.
 
     A closed loop runs faster than most logs of it: what is logged as "held" is often one point of a restless force,
-    and the force that acted is better told from its neighbours. An open-loop command is what its word says.
+    and the force that acted is better told from its neighbours. An open-loop command is what its word says. Noise that
+    was logged with either is taken out where the motion is likelier without it.
 
     Args:
         gathered: as gathered.
@@ -65,6 +67,11 @@ def read_torque(gathered: Evidence, axis: Axis, doubtful: bool, seed: int) -> tu
         fitted = fit_baseline(other.train, axis, seed)
         if fitted.found.criterion < min(needed, best.found.criterion):
             best, chosen = fitted, other
+    for other in (gathered,) if chosen is gathered else (gathered, chosen):
+        quiet = _quieted(other, axis)
+        fitted = fit(best.problem.on(quiet.train, best.problem.first_state), best.x[None])
+        if fitted.found.criterion < best.found.criterion - LIKELIER:
+            best, chosen = fitted, quiet
     return _without_outliers(chosen, best)
 
 
@@ -86,10 +93,13 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     """
     guises = chosen.problem.guises
     fewer = [trimmed(chosen, tuple(g for g in guises if g is not guise)) for guise in guises if guise.name in MISREAD]
+    readings = [gathered, *_readings(gathered)]
+    if current.quiet:
+        readings = [_quieted(other, chosen.problem.axis) for other in readings]
     best, least = None, np.inf
     for model in (*fewer, chosen):
         margin = -LIKELIER if model is chosen else LIKELIER
-        for other in (gathered, *_readings(gathered)):
+        for other in readings:
             samples = dataclasses.replace(current.train, force=other.train.force, linear=other.train.linear)
             if samples.linear == current.train.linear and np.array_equal(samples.force, current.train.force):
                 continue
@@ -115,6 +125,20 @@ def _readings(gathered: Evidence) -> list[Evidence]:
         )
         for name, weights in READINGS.items()
     ]
+
+
+def _quieted(evidence: Evidence, axis: Axis) -> Evidence:
+    """The evidence with the noise that was logged with its force taken out."""
+    train = quieted(evidence.train)
+    noise, unit = float(np.std(evidence.train.force - train.force)), axis.force_unit
+    return dataclasses.replace(
+        evidence,
+        train=train,
+        held_out=quieted(evidence.held_out),
+        before=None if evidence.before is None else quieted(evidence.before),
+        removed=(*evidence.removed, f"noise of the logged force taken out ({noise:.2g} {unit}): the motion is likelier so"),
+        quiet=True,
+    )
 
 
 def _without_outliers(evidence: Evidence, best: Fit) -> tuple[Evidence, Fit]:

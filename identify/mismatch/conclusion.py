@@ -56,6 +56,7 @@ from identify.mismatch.rules import (
     strong,
 )
 from identify.mismatch.select import PLACES, Selection, without
+from identify.mismatch.wandering import PLACE, one_of_many
 from plant.axis import Axis
 from plant.recording import Recording
 
@@ -470,6 +471,8 @@ class Conclusion:
             return False
         if effect.name == DRAG and not self._beyond_the_curve(effect):
             return False
+        if effect.name == PLACE and one_of_many(self.selection.chosen, self._all_for(effect)):
+            return False
         if not may_be_absent(effect) or (several and self._seen_beside_others(effect)):
             return True
         if unknown(effect):
@@ -509,6 +512,11 @@ class Conclusion:
         yield self._told(effect)
         chosen = self.selection.chosen
         yield compare(without(chosen, chosen.problem.guise(effect.name)), chosen, self.evidence.held_out)
+
+    def _all_for(self, effect: FoundEffect) -> float:
+        """Evidence of fitted and of unseen data for an effect, beside the others as they ended. [1]"""
+        told = self._gained if len(self.selection.steps) == 1 else list(self._ways_told(effect))[-1]
+        return max(told.foreseen, 0.0) - told.bic
 
     def _seen_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.

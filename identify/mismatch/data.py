@@ -39,6 +39,7 @@ class Evidence:
         before: the machine at commissioning, or None.
         removed: what preprocessing did, in words.
         sha256: of all recordings.
+        quiet: whether the noise that was logged with the force is taken out of it.
     """
 
     train: Samples
@@ -48,6 +49,7 @@ class Evidence:
     before: Samples | None
     removed: tuple[str, ...]
     sha256: str
+    quiet: bool = False
 
 
 def gather(recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST) -> Evidence:

@@ -40,10 +40,10 @@ class Native:
 
 
 def native(recordings: Sequence[Recording], axis: Axis, evidence: Evidence) -> Native:
-    """Split `recordings` as `evidence` was split, without averaging; `evidence` itself where nothing was averaged."""
+    """Split `recordings` as `evidence` was split, as they were logged; `evidence` itself where it is as they were."""
     now = [r for r in recordings if r.note.strip() != "commissioning"] or list(recordings)
     periods = [float(np.median(np.diff(recording.t))) for recording in now]
-    if min(periods) > SAME_RATE * evidence.train.sample_time:
+    if not evidence.quiet and min(periods) > SAME_RATE * evidence.train.sample_time:
         return Native((evidence.train,), (evidence.held_out,))
     fast = [
         prepare(recording, dataclasses.replace(axis, analysis_sample_time=period))

@@ -1,4 +1,4 @@
-"""Dry friction that wanders has many steps, none of which is the step that a name means."""
+"""Dry friction that wanders has many steps, and many places, none of which is the one that a name means."""
 
 from __future__ import annotations
 
@@ -17,6 +17,12 @@ EDGE = 0.03  # of the recording: a step so close to its ends may be anything tha
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 LEAST = 0.035  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
 OTHERS = "friction steps at other moments too"  # beginning of the reason
+PLACE = "rail_defect"
+SPOTS = 60  # on the travel, at which one more is tried
+FAINT = 0.1  # of the dry friction: a place that is harder by more is one, whatever the others are
+ALIKE = 0.12  # of a faint place's evidence: if another one has this much, friction varies all along the guide; beside
+# true ones the others had 0.004 to 0.06
+APART = 2.0  # widths of both between them
 
 
 def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | None:
@@ -53,12 +59,35 @@ def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | N
     return f"{OTHERS} (evidence {most:.0f} for one more)"
 
 
+def one_of_many(fitted: Fit, evidence: float) -> bool:
+    """Whether the model's faint place on the guide is one of many: another as wide, or twice, is nearly as likely.
+
+    Args:
+        fitted: the model with its `rail_defect`, and all that it has beside that.
+        evidence: of all data for the place. [1]
+    """
+    height, centre, width = (_value(fitted, parameter, PLACE) for parameter in ("amplitude", "centre", "width"))
+    if abs(height) > FAINT * fitted.dry_level:
+        return False
+    view = View.of(fitted, fitted.found.gain)
+    samples = view.foreseen()
+    direction = coordinates(samples, fitted.problem.axis)["direction"]
+    places = np.linspace(float(samples.position.min()), float(samples.position.max()), SPOTS)
+    most = 0.0
+    for wide in (width, 2.0 * width):
+        others = places[np.abs(places - centre) > APART * (width + wide)]
+        away = (samples.position[:, None] - others) / wide
+        seen = view.responses(np.exp(-0.5 * away**2) * direction[:, None])
+        most = max([most, *(gain_of_one(view, one) for one in seen.T)])
+    return most > max(ALIKE * evidence, CHANCE)
+
+
 def moment_of(fitted: Fit) -> float:
     """When the friction of a model with a `step_change` steps. [s]"""
     return _value(fitted, "time")
 
 
-def _value(fitted: Fit, parameter: str) -> float:
-    """A parameter of the model's `step_change`. [its unit]"""
-    guise = next(guise for guise in fitted.problem.guises if guise.name == STEP)
+def _value(fitted: Fit, parameter: str, name: str = STEP) -> float:
+    """A parameter of the model's effect of this name. [its unit]"""
+    guise = fitted.problem.guise(name)
     return guise.value(fitted.x[fitted.problem.slot(guise)], parameter)
