@@ -136,7 +136,10 @@ def _quieted(evidence: Evidence, axis: Axis) -> Evidence:
         train=train,
         held_out=quieted(evidence.held_out),
         before=None if evidence.before is None else quieted(evidence.before),
-        removed=(*evidence.removed, f"noise of the logged force taken out ({noise:.2g} {unit}): the motion is likelier so"),
+        removed=(
+            *evidence.removed,
+            f"noise of the logged force taken out ({noise:.2g} {unit}): the motion is likelier so",
+        ),
         quiet=True,
     )
 

@@ -54,6 +54,9 @@ class Constant:
 def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -> Constant | None:
     """The constant force of `fitted` as an effect, where it is beyond what the axis file allows.
 
+    A reading whose size may well be zero does not stand for a force that is there, however much likelier it makes the
+    data otherwise; it is told beside the name.
+
     Args:
         fitted: the chosen model.
         ways: all guises.
@@ -71,11 +74,14 @@ def constant_force(fitted: Fit, ways: list[Guise], rest: float, so_far: float) -
     if not found:
         return None
     cost = {name: price(found[name]) for name in READINGS if name in found}
-    least = min(cost.values())
+    told = {name for name in cost if odd[name] is not None or _sure(found[name], name)}
+    if not told:
+        return None
+    least = min(cost[name] for name in told)
     own = price(_held(fitted, _at_most(fitted))) - price(fitted)
     close = least + max(TIED_BIC, KNOWN * (so_far + own))
-    likely = [name for name in cost if cost[name] < least + max(TIED_BIC, LESSER * so_far)]
-    first = next((name for name in likely if odd[name] is None and _sure(found[name], name)), None)
+    likely = [name for name in cost if name in told and cost[name] < least + max(TIED_BIC, LESSER * so_far)]
+    first = next((name for name in likely if odd[name] is None), None)
     if first is None:
         return None
     names = (first, *(name for name in cost if name != first and cost[name] < close))
