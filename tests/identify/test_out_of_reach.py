@@ -16,7 +16,7 @@ from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
 from identify.mismatch.rules import _too_damped, _too_hard
 from identify.mismatch.score import extend
-from identify.mismatch.wandering import OTHERS, wanders
+from identify.mismatch.wandering import OTHERS, one_of_many, wanders
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
 from identify.polish import polish_all
@@ -187,3 +187,19 @@ def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
     problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
     reason = wanders(fit(problem, x), "step_change", 100.0, proven=proven)
     assert (reason is not None and reason.startswith(OTHERS)) is told
+
+
+@pytest.mark.parametrize(("second", "many"), [(0.0, False), (0.9, True)])
+def test_a_faint_place_that_has_others_like_it_is_none(second, many):
+    """A guide whose friction varies along the way by some percent is well: a place of 4.6 % had others of 3/4 of it."""
+    bump = lambda y, centre: np.exp(-0.5 * ((y - centre) / 0.015) ** 2)  # noqa: E731
+    level = lambda y: 1.2 * bump(y, 0.1) + second * 1.2 * bump(y, 0.3)  # noqa: E731
+    samples = prepare(driven(1, lambda t, y, v: (dry(v) + level(y), 0.0)), AXIS)
+    (defect,) = guises({"rail_defect": find("rail_defect")}, setting(AXIS, lowest=0.0, highest=0.4, mass=MASS))
+    bare = fit_baseline(samples, AXIS, 0)
+    start = [unknown.scaled(value) for unknown, value in zip(defect.unknowns, (1.2, 0.1, 0.015), strict=True)]
+    problem, x = extend(bare, defect, np.array([start]))
+    found = fit(problem, x)
+    evidence = bare.found.criterion - found.found.criterion
+    assert evidence > 100.0
+    assert one_of_many(found, evidence) is many
