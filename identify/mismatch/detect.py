@@ -80,7 +80,8 @@ def _smallest(scene: _Scene, guise: Guise) -> Hidden | None:
     problem, x = extend(fit, guise, starts)
     with np.errstate(all="ignore"):
         change = problem.errors(x, fit.found.gain) - scene.error[:, None]
-    change = np.where(np.isfinite(change).all(axis=0), change, 0.0)
+        stays = np.abs(change).max(axis=0) <= np.ptp(problem.samples.position)  # a model that runs away shows nothing
+    change = np.where(stays, change, 0.0)
     change = change - scene.basis @ (scene.basis.T @ change)
     price = guise.size * float(np.log(problem.samples.used))
     named = np.stack([scene.named(one, price) for one in change.T])

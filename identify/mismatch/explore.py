@@ -363,7 +363,8 @@ def _first_look(
 
     Where the effect is stays as it was seen at first: far from the optimum, its slope leads anywhere.
     """
-    gains = gain_table(problem.samples.sample_time)[0][:, ::SCOUTED]
+    scouted = gain_table(problem.samples.sample_time)[0][:, ::SCOUTED]
+    gains = np.column_stack([scouted, current.found.gain])  # of clean data, the next gain is 10000 less likely
     place = guise.place()
     pinned = None if place is None else problem.slot(guise).start + place
     first = polish_all(problem, points, seen, LOOK, ROUGH, pinned=pinned)

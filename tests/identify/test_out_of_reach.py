@@ -7,10 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import diagnosis
+from identify.mismatch import diagnosis, explore
 from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import Fit, fit
+from identify.mismatch.detect import detectable
 from identify.mismatch.diagnosis import diagnose
+from identify.mismatch.explore import shortlist
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
@@ -19,8 +21,10 @@ from identify.mismatch.score import extend
 from identify.mismatch.wandering import OTHERS, one_of_many, wanders
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
+from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import prepare
+from identify.search import losses_by_gain
 from plant.axis import Axis, Mechanics, Orientation
 from plant.axis_file import read_axis
 from plant.effects import find
@@ -203,3 +207,31 @@ def test_a_faint_place_that_has_others_like_it_is_none(second, many):
     evidence = bare.found.criterion - found.found.criterion
     assert evidence > 100.0
     assert one_of_many(found, evidence) is many
+
+
+def test_a_size_at_which_the_model_runs_away_hides_nothing():
+    """A spring that pushes away by as much as it can: its errors squared are beyond what a number can hold."""
+    samples = prepare(driven(1, lambda t, y, v: (dry(v), 0.0)), AXIS)
+    (spring,) = guises({"position_spring": find("position_spring")}, setting(AXIS, lowest=0.0, highest=0.4, mass=MASS))
+    bare = fit_baseline(samples, AXIS, 0)
+    assert detectable(bare, [spring])["position_spring"].force_rms > 0.0
+    away = replace(spring, starts=spring.starts * np.array([[-1e4, 1.0]]))
+    assert not detectable(bare, [away])
+
+
+def test_a_first_look_sees_through_the_observer_that_is_likeliest(monkeypatch):
+    """A look takes every second gain: of clean axes the seventh was 3000 likelier, and nothing was worth a fit."""
+    samples = prepare(driven(1, lambda t, y, v: (dry(v, 20.0 + 4.0 * (y > 0.2)), 0.0)), AXIS)
+    ways = guises({"rail_defect": find("rail_defect")}, setting(AXIS, lowest=0.0, highest=0.4, mass=MASS))
+    found = fit_baseline(samples, AXIS, 0)
+    gain = gain_table(samples.sample_time)[0][:, 7]
+    current = Fit(found.problem, replace(found.found, gain=gain))
+    asked = []
+
+    def losses(problem, x, gains):
+        asked.append(gains)
+        return losses_by_gain(problem, x, gains)
+
+    monkeypatch.setattr(explore, "losses_by_gain", losses)
+    explore._look(current, shortlist(current, ways)[0])
+    assert (asked[-1] == gain[:, None]).all(axis=0).any()
