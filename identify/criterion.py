@@ -7,6 +7,7 @@ closed loop by metres. Runs of one second tell models apart and do not drown in 
 from __future__ import annotations
 
 import dataclasses
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,10 @@ REACHES = np.array([2, 3, 5, 8, 12, 18, 27])  # samples to each side of a smooth
 FREE = np.zeros(4)
 
 
-def noise_level(position: Floats) -> float:
-    """Standard deviation of white noise on `position` (n,), from its third differences. [m]"""
-    third = np.diff(position, n=3)
-    return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20.0)) if len(third) else 0.0
+def noise_level(series: Floats, order: int = 3) -> float:
+    """Standard deviation of white noise on `series` (n,), from its differences of this order. [its unit]"""
+    rest = np.diff(series, n=order)
+    return float(np.median(np.abs(rest)) / 0.6745 / np.sqrt(float(comb(2 * order, order)))) if len(rest) else 0.0
 
 
 def smoothed_states(samples: Samples, at: Ints) -> Floats:

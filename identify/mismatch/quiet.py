@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.fft import dct, idct
 from scipy.ndimage import gaussian_filter1d
 
+from identify.criterion import noise_level
 from identify.preprocess import Samples
 
 Floats = NDArray[np.float64]
@@ -24,7 +25,7 @@ Floats = NDArray[np.float64]
 PENALTIES = 10.0 ** np.arange(-2.0, 10.5, 1.0)  # weights of the squared second difference
 AROUND = 20.0  # samples, standard deviation of the stretch whose risk decides how smooth its middle is
 SHORTEST = 100  # samples of a run whose noise can be told from what happened in it
-DIFFERENCE = 4  # order of the differences in which little but noise is left
+DIFFERENCE = 4  # order of the differences whose median knows noise alone: what jumps, jumps seldom
 LEAST = 3.0  # degrees of freedom of a smooth series
 
 
@@ -44,7 +45,7 @@ def smooth(series: Floats) -> Floats:
     Data Analysis* 54, 1167), mixed by the exponential weights of their unbiased risks around each sample (Stein 1981;
     Leung & Barron 2006, *IEEE Transactions on Information Theory* 52, 3396).
     """
-    n, variance = len(series), _white(series)
+    n, variance = len(series), noise_level(series, DIFFERENCE) ** 2
     if variance == 0.0:
         return series
     waves = dct(series, norm="ortho")
@@ -61,9 +62,3 @@ def smooth(series: Floats) -> Floats:
     risk, around = np.stack(risks), 2.0 * np.sqrt(np.pi) * AROUND  # as many samples as such a window counts for
     weights = np.exp(-around * (risk - risk.min(axis=0)) / (4.0 * variance))
     return np.asarray((weights * np.stack(ways)).sum(axis=0) / weights.sum(axis=0), dtype=np.float64)
-
-
-def _white(series: Floats) -> float:
-    """Variance of the white noise in a series (n,): what jumps, jumps seldom, so the median knows nothing of it."""
-    around = np.median(np.abs(np.diff(series, DIFFERENCE)))
-    return float((1.4826 * around) ** 2 / 70.0)  # the squares of 1, 4, 6, 4 and 1
