@@ -137,9 +137,11 @@ def _search(problem: FrictionProblem, path: _Homotopy, rng: Generator, start: Fl
     return path.follow(_distinct(ends, p))
 
 
-def homotopy(problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator) -> SearchResult:
+def homotopy(
+    problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator, rounds: int = ROUNDS
+) -> SearchResult:
     """Polish points x (k, size) under a gain homotopy over gains (4, g), settings (2, g); the likeliest end."""
-    return _Homotopy(problem, gains, settings, rng).follow(x)
+    return _Homotopy(problem, gains, settings, rng).follow(x, rounds)
 
 
 class _Homotopy:
@@ -182,14 +184,15 @@ class _Homotopy:
         points[1, self.problem.p + 1 :: 2] = -self.problem.first_state[:, 1] / self.problem.start_unit[1]
         return np.clip(points, *self.problem.bounds)
 
-    def follow(self, x: Floats) -> SearchResult:
+    def follow(self, x: Floats, rounds: int = ROUNDS) -> SearchResult:
         """Polish points x (k, size) at their likeliest gains, then with a weaker observer while that is likelier.
 
-        All weaker gains are tried at once, they share the lanes; so do kicks that get a point over the kinks where a
-        sample begins or ceases to stick, the first sample above all.
+        Without `rounds` of the latter, only what lies downhill of the points is found. All weaker gains are tried at
+        once, they share the lanes; so do kicks that get a point over the kinks where a sample begins or ceases to
+        stick, the first sample above all.
         """
         best, loss, index = self.settle(x)
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             weak = self.weaker(index)
             points = np.concatenate([np.repeat(best[None], len(weak), axis=0), self.kicked(best, index)])
             trials = self.polish(points, np.append(weak, [index, index]), 5, ROUGH)

@@ -17,7 +17,7 @@ from plant.effects.effect import Effect, Surroundings
 from plant.errors import InputError
 from plant.kernels import laws as row
 from plant.kernels.laws import LANES, ROWS
-from plant.kernels.machine import SWITCHED, TWO_MASSES, WITH_BRISTLES, run
+from plant.kernels.machine import SWITCHED, TWO_MASSES, WITH_BRISTLES, WITH_GAPS, YIELDING, run
 from plant.kernels.shift import delay_pieces
 
 Floats = NDArray[np.float64]
@@ -122,6 +122,11 @@ class Blocks:
     def speed(self) -> int:
         """Offset of the measured position's speed."""
         return row.MOTOR_SPEED if self.observed == row.MOTOR_POSITION else row.SPEED
+
+    @property
+    def remembers(self) -> bool:
+        """Whether there is more than position and speed: a second mass, bristles, a force under way."""
+        return bool(self.structure & (TWO_MASSES | WITH_BRISTLES | SWITCHED))
 
     def put(self, offset: int, values: Floats | float) -> None:
         """Set one row, e.g. `laws.EXTRA`, to one value per candidate, (m,), or one for all."""
@@ -230,7 +235,8 @@ class Plan:
         laws = [(phase, address, (base + p) * LANES, (ROWS + x) * LANES) for phase, address, p, x in table]
         at_motor = machine.two_masses and self.surroundings.sensor_at_motor
         structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
-        structure += SWITCHED * bool(machine.delay.any())
+        structure += SWITCHED * bool(machine.delay.any()) + WITH_GAPS * bool((machine.half_gap > 0.0).any())
+        structure += YIELDING * bool(machine.bristle_power.any()) + LANES
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
         fastest = np.maximum(rate, added)
         return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, fastest, added)

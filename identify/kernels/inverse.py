@@ -37,7 +37,7 @@ def unexplained_force(
     Args:
         block: the machine, see `plant.kernels.laws`.
         laws: active laws.
-        structure: bits for two masses and bristles.
+        structure: as in `plant.kernels.machine.advance_sample`.
         drive: drive force of each sample as `plant.kernels.machine.load` takes it. [N] (n, 2 or 5, 1 or LANES)
         position: measured, smooth. [m] (n,)
         velocity: its derivative. [m/s] (n,)
@@ -63,6 +63,6 @@ def unexplained_force(
             b[MOTOR_SPEED + j] += velocity[k] - b[SPEED + j]
             b[POSITION + j], b[SPEED + j] = position[k], velocity[k]
             b[EXTRA + j] = 0.0
-        load(b, drive, k)
+        load(b, structure & LANES, drive, k)
         advance_sample(b, laws, structure, t[k], steps[k], substeps)
         out[k] = mass * (velocity[k + 1] - b[SPEED]) / steps[k]

@@ -26,6 +26,8 @@ from plant.kernels.laws import (
     POSITION,
     SPEED,
     STIFFNESS,
+    Rows,
+    rows,
 )
 from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, advance_sample, load
 from plant.kernels.step import FASTMATH
@@ -49,6 +51,21 @@ def _settled(b: Floats, j: int, force: float) -> float:
         held = level if v > 0.0 else -level
     bent: float = min(max(held, -level), level) / b[BRISTLE_STIFFNESS + j]
     return bent
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _correct(b: Rows, d: Rows, gain: Rows, error: Rows, lanes: int) -> None:
+    """Correct position, velocity and the latent acceleration d by the error; the latent force acts until the next."""
+    for j in range(lanes):
+        e = error[j]
+        latent = gain[3 * LANES + j] * d[j] + gain[2 * LANES + j] * e
+        dy, dv = gain[j] * e, gain[LANES + j] * e
+        d[j] = latent
+        b[POSITION + j] += dy
+        b[SPEED + j] += dv
+        b[MOTOR_POSITION + j] += dy
+        b[MOTOR_SPEED + j] += dv
+        b[EXTRA + j] = (b[MASS + j] + b[MOTOR_MASS + j]) * latent
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
@@ -77,7 +94,7 @@ def predict_machine(
     Args:
         block: the machines, see `plant.kernels.laws`; its states as they are before a run. (rows * LANES,)
         laws: active laws. (l, 4)
-        structure: bits for two masses and bristles.
+        structure: as in `plant.kernels.machine.advance_sample`.
         drive: drive force of each sample as `plant.kernels.machine.load` takes it. [N] (n, 2 or 5, 1 or LANES)
         position: measured, by all candidates or by each its own. [m] (n, 1 or LANES)
         t: time since the start of the recording. [s] (n,)
@@ -106,16 +123,15 @@ def predict_machine(
     side = -1.0 if observed == MOTOR_POSITION else 1.0
     b = scratch[:size]
     d = scratch[size:]
+    lanes, state, latent, gains = structure & LANES, rows(b), rows(d), rows(gain)
     current = -1
     for k in range(n):
         if run[k] != current:
             current = run[k]
             leads, begins = k > 0 and steps[k - 1] > 0.0, t[k] < BEGINS * steps[k]
             if leads and goes_on:
-                load(b, drive, k - 1)
+                load(b, lanes, drive, k - 1)
                 advance_sample(b, laws, structure, t[k - 1], steps[k - 1], substeps)
-                for j in range(LANES):
-                    d[j] *= gain[3, j]
                 memory[current] = b
             else:
                 known = leads and len(memory) > 0
@@ -139,18 +155,19 @@ def predict_machine(
                     d[j] = 0.0
                     if bristles and not known:
                         b[BRISTLE + j] = _settled(b, j, carried)
-        for j in range(LANES):
-            e = position[k, j if own_position else 0] - b[observed + j] if valid[k] else 0.0
-            error[k, first + j] = e
-            dy, dv = gain[0, j] * e, gain[1, j] * e
-            b[POSITION + j] += dy
-            b[SPEED + j] += dv
-            b[MOTOR_POSITION + j] += dy
-            b[MOTOR_SPEED + j] += dv
-            d[j] += gain[2, j] * e
-            b[EXTRA + j] = (b[MASS + j] + (b[MOTOR_MASS + j] if two else 0.0)) * d[j]
+        errors = rows(error[k, first:])
+        if not valid[k]:
+            for j in range(lanes):
+                errors[j] = 0.0
+        elif own_position:
+            measured = rows(position[k])
+            for j in range(lanes):
+                errors[j] = measured[j] - state[observed + j]
+        else:
+            at = position[k, 0]
+            for j in range(lanes):
+                errors[j] = at - state[observed + j]
+        _correct(state, latent, gains, errors, lanes)
         if k + 1 < n and run[k + 1] == current:
-            load(b, drive, k)
+            load(b, lanes, drive, k)
             advance_sample(b, laws, structure, t[k], steps[k], substeps)
-            for j in range(LANES):
-                d[j] *= gain[3, j]

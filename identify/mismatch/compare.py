@@ -6,7 +6,7 @@ Thresholds were set in a feasibility study on other machines, and are frozen.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +21,7 @@ from identify.mismatch.guise import Guise
 from identify.observer import gain_table
 from identify.polish import polish_all
 from identify.preprocess import Samples
-from identify.search import ROUGH, SearchResult, homotopy
+from identify.search import ROUGH, ROUNDS, SearchResult, homotopy
 from identify.uncertainty import Uncertainty, uncertainty
 
 Floats = NDArray[np.float64]
@@ -43,6 +43,15 @@ ONCE = ("step_change", "thermal_drift")  # happen in time: after them, friction 
 FAVOURABLE = 2  # of them that an effect must be able to do without
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeRuns:
+    """Samples `cut` into runs, the `states` those start from (runs, 2), and the `error` of a model there [m] (n,)."""
+
+    cut: Samples
+    states: Floats
+    error: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted model.
@@ -54,6 +63,7 @@ class Fit:
 
     problem: ExtendedProblem
     found: SearchResult
+    _runs: dict[tuple[int, float], tuple[Samples, FreeRuns]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def x(self) -> Floats:
@@ -102,7 +112,11 @@ class Fit:
         return Fit(problem, replace(self.found, x=x))
 
     def terms(self) -> Floats:
-        """Log-likelihood of each sample. (n,)"""
+        """Log-likelihood of each sample; do not write into it. (n,)"""
+        return self._terms
+
+    @cached_property
+    def _terms(self) -> Floats:
         error = self.problem.errors(self.x[None], self.found.gain)[:, 0]
         variance = float(np.mean(error**2)) + 1e-300
         return np.asarray(-0.5 * (error**2 / variance + np.log(variance)), dtype=np.float64)
@@ -118,13 +132,21 @@ class Fit:
     def short_run(self) -> float:
         """Eq. (4) over one-second free runs. [1]."""
         samples = self.problem.samples
-        return relative_square(free_errors(self, *restarted(samples)), samples.position)
+        return relative_square(self.free_runs(samples, RUN_LENGTH).error, samples.position)
+
+    def free_runs(self, samples: Samples, run_length: float) -> FreeRuns:
+        """Free runs of `run_length` [s] over `samples`; kept, for a model is compared with many."""
+        key = id(samples), run_length
+        if key not in self._runs:
+            cut, states = restarted(samples, run_length)
+            self._runs[key] = samples, FreeRuns(cut, states, free_errors(self, cut, states))  # ids of kept samples stay
+        return self._runs[key][1]
 
 
-def fit(problem: ExtendedProblem, points: Floats) -> Fit:
-    """Polish points (k, size) under the gain homotopy; the likeliest end."""
+def fit(problem: ExtendedProblem, points: Floats, rounds: int = ROUNDS) -> Fit:
+    """Polish points (k, size) under the gain homotopy of so many `rounds` at most; the likeliest end."""
     gains, settings = gain_table(problem.samples.sample_time)
-    return Fit(problem, homotopy(problem, points, gains, settings, np.random.default_rng(SEED)))
+    return Fit(problem, homotopy(problem, points, gains, settings, np.random.default_rng(SEED), rounds))
 
 
 def trimmed(fitted: Fit, kept: tuple[Guise, ...]) -> Fit:
@@ -252,8 +274,9 @@ def free_run_ratio(poorer: Fit, richer: Fit, samples: Samples | None = None, run
     """
     if samples is None:
         samples = poorer.problem.samples
-    cut, states = restarted(samples, run_length)
-    errors = [free_errors(one, cut, states) for one in (poorer, richer)]
+    runs = poorer.free_runs(samples, run_length)
+    cut = runs.cut
+    errors = [runs.error, free_errors(richer, cut, runs.states)]
     size = float(np.mean(errors[0] ** 2))
     doubt = min(noise_level(samples.position) ** 2 / max(size, 1e-300), 1.0)
     squares = [_forgiven(error, cut, doubt) for error in errors]

@@ -18,7 +18,7 @@ from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed, moved, scattered
 from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, proven, refusal
-from identify.mismatch.score import extend, leads
+from identify.mismatch.score import extend, leads_at
 from identify.mismatch.wandering import OTHERS, wanders
 from identify.observer import gain_table
 from identify.polish import polish_all
@@ -141,8 +141,9 @@ def _full(look: Look) -> Fit:
 def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:
     """Effects worth a full fit, seen at the likeliest gain of each correlation time and at a much weaker one."""
     found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
-    for gain in _outlooks(current):
-        ranked = [lead for lead in leads(current, guises, gain) if lead.gain > WORTH]
+    outlooks = _outlooks(current)
+    for gain, seen in zip(outlooks, leads_at(current, guises, np.stack(outlooks, axis=1)), strict=True):
+        ranked = [lead for lead in seen if lead.gain > WORTH]
         notable = max(NOTABLE, SHARE * ranked[0].gain) if ranked else 0.0
         strange = [lead.guise.name for lead in ranked if lead.guise.depends is not None and lead.gain > notable]
         names = list(dict.fromkeys(lead.guise.name for lead in ranked if lead.guise.depends is None))[:most]
@@ -245,7 +246,7 @@ def _in_whole_turns(current: Fit, steps: list[Step], unseen: Samples) -> list[St
     """
     found: list[Step] = []
     for number, step in enumerate(steps):
-        if step.refused is None:
+        if step.refused is None or step.evidence.bic > TESTED * steps[0].evidence.bic:
             return [*found, *steps[number:]]
         found.append(_in_whole_turn(current, step, unseen))
     return found
@@ -271,7 +272,7 @@ def _bound(current: Fit, step: Step, times: int, unseen: Samples) -> Step:
     problem = current.problem.including((*current.problem.guises, guise))
     x = step.fit.x.copy()
     x[problem.slot(guise).start] = 0.0
-    return weighed(current, fit(problem, x[None]), guise, unseen)
+    return weighed(current, fit(problem, x[None], rounds=0), guise, unseen)
 
 
 def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:

@@ -185,7 +185,7 @@ class ExtendedProblem(FrictionProblem):
     def _memory(self, x: Floats, gain: Floats) -> Floats | None:
         """What an observer knows at the start of each run; None where nothing is remembered. (runs, rows * LANES)"""
         blocks = self.blocks(x[None])
-        if self.samples.runs == 1 or not (blocks.structure or any(guise.effect.initial for guise in self.guises)):
+        if self.samples.runs == 1 or not (blocks.remembers or any(guise.effect.initial for guise in self.guises)):
             return None
         memory = np.zeros((self.samples.runs, blocks.b.shape[1]))
         self.disturbed(x[None], gain, memory=memory, goes_on=True)

@@ -46,8 +46,8 @@ def moved(found: Fit, guise: Guise) -> Fit:
         loss = np.nan_to_num(problem.losses(x, found.found.gain), nan=np.inf)
     if loss.min() >= found.found.criterion:
         return found
-    other = fit(problem, x[[int(np.argmin(loss))]])
-    return other if other.found.criterion < found.found.criterion else found
+    other = fit(problem, x[[int(np.argmin(loss))]], rounds=0)
+    return fit(problem, other.x[None]) if other.found.criterion < found.found.criterion else found
 
 
 def scattered(problem: ExtendedProblem, guise: Guise, x: Floats, gains: Floats) -> Floats:
@@ -69,19 +69,19 @@ def scattered(problem: ExtendedProblem, guise: Guise, x: Floats, gains: Floats) 
 
 def climbed(found: Fit, guise: Guise) -> Fit:
     """The likeliest fit of the same model around `found`, whose effect `guise` has a likelihood of many peaks."""
-    problem = found.problem
+    problem, begun = found.problem, found
     spread = np.zeros(problem.size)
     spread[: problem.p] = FRICTION
     spread[problem.slot(guise)] = OWN
     draw = np.random.default_rng(SEED)
     for _ in range(CLIMBS):
-        higher = fit(problem, _generations(found, spread, draw)[None])
+        higher = fit(problem, _generations(found, spread, draw)[None], rounds=0)
         gained = found.found.criterion - higher.found.criterion
         found = higher if gained > 0.0 else found
         if gained < WORTH:
             break
         spread *= NARROWER
-    return found
+    return found if found is begun else fit(problem, found.x[None])
 
 
 def _generations(found: Fit, spread: Floats, draw: np.random.Generator) -> Floats:

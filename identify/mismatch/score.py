@@ -35,12 +35,38 @@ class Lead:
 
 def leads(fit: Fit, guises: list[Guise], gain: Floats) -> list[Lead]:
     """The best starting point of every guise at observer gains (4,), most telling first."""
-    error, slope = fit.problem.jacobian(fit.x, gain)
-    basis = swallowed(fit.problem, error, slope)
-    rest = error - basis @ (basis.T @ error)
-    variance = float(rest @ rest) / len(rest)
-    found = [_lead(fit, guise, gain, error, basis, rest, variance) for guise in guises]
-    return sorted((lead for lead in found if lead is not None), key=lambda lead: -lead.gain)
+    return leads_at(fit, guises, gain[:, None])[0]
+
+
+def leads_at(fit: Fit, guises: list[Guise], gains: Floats) -> list[list[Lead]]:
+    """The same at each of several gains (4, g): the starts of all share the lanes of one run of the predictor."""
+    views = [_View(fit, gain) for gain in gains.T]
+    found: list[list[Lead]] = [[] for _ in views]
+    for guise in guises:
+        starts = guise.scaled_starts()
+        count = len(starts)
+        problem, x = extend(fit, guise, np.tile(starts, (len(views), 1)))
+        with np.errstate(all="ignore"):
+            errors = problem.errors(x, np.repeat(gains, count, axis=1))
+        for number, view in enumerate(views):
+            lead = _lead(guise, starts, view, errors[:, number * count : (number + 1) * count])
+            if lead is not None:
+                found[number].append(lead)
+    return [sorted(those, key=lambda lead: -lead.gain) for those in found]
+
+
+class _View:
+    """A fit through one observer: its errors (n,), what it reaches of them, and what is left."""
+
+    def __init__(self, fit: Fit, gain: Floats) -> None:
+        self.error, slope = fit.problem.jacobian(fit.x, gain)
+        self.basis = swallowed(fit.problem, self.error, slope)
+        self.rest = self.past(self.error)
+        self.variance = float(self.rest @ self.rest) / len(self.rest)
+
+    def past(self, change: Floats) -> Floats:
+        """What the fit does not reach of a change of its predictions (n,) or (n, s)."""
+        return np.asarray(change - self.basis @ (self.basis.T @ change), dtype=np.float64)
 
 
 def swallowed(problem: ExtendedProblem, error: Floats, slope: Floats) -> Floats:
@@ -75,22 +101,17 @@ def extend(fit: Fit, guise: Guise, starts: Floats) -> tuple[ExtendedProblem, Flo
     return problem, x
 
 
-def _lead(
-    fit: Fit, guise: Guise, gain: Floats, error: Floats, basis: Floats, rest: Floats, variance: float
-) -> Lead | None:
-    """The starting point of `guise` whose response explains most of the errors `rest` (n,)."""
-    starts = guise.scaled_starts()
-    problem, x = extend(fit, guise, starts)
-    with np.errstate(all="ignore"):
-        change = problem.errors(x, gain) - error[:, None]
+def _lead(guise: Guise, starts: Floats, view: _View, errors: Floats) -> Lead | None:
+    """The starting point (of s) of `guise` whose response explains most of what is left, from their errors (n, s)."""
+    change = errors - view.error[:, None]
     change = np.where(np.isfinite(change).all(axis=0), change, 0.0)
     size = np.einsum("ns,ns->s", change, change)
-    change = change - basis @ (basis.T @ change)
+    change = view.past(change)
     left = np.einsum("ns,ns->s", change, change)
     usable = left > ABSORBED * np.maximum(size, 1e-300)
     if not usable.any():
         return None
-    along = -(rest @ change)
+    along, variance = -(view.rest @ change), view.variance
     if guise.wave is not None:
         return _wave_lead(guise, starts, change, along, left, variance)
     amplitude = guise.amplitude()

@@ -84,20 +84,24 @@ from plant.kernels.step import FASTMATH, turning
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TWO_MASSES, WITH_BRISTLES, SWITCHED = 1, 2, 4  # bits of `structure`
+# Bits of `structure`. It holds `LANES`, too: the compiler, which would unroll short loops before it has vectorised
+# them, does not know how long loops over `structure & LANES` are, but for a vector's worth.
+TWO_MASSES, WITH_BRISTLES, SWITCHED, WITH_GAPS, YIELDING = 1, 2, 4, 8, 32
 HARDEST = 2.25  # contact rate times sub-step, squared
 YIELDED = 0.01  # of what is left before bristles slide: a power of less is as if it were so much
 SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _lay_out(b: Floats, fraction: float, half: float, two: bool) -> None:
-    """Mid-step position and drive force, and neutral values where the laws will add."""
-    for j in range(LANES):
+def _lay_out(b: Floats, lanes: int, fraction: float, half: float) -> None:
+    """Mid-step position and drive force of a rigid machine, and neutral values where the laws will add."""
+    for j in range(lanes):
+        speed, viscous = b[SPEED + j], b[VISCOUS + j]
+        middle = b[POSITION + j] + half * speed
         b[DRIVE + j] = b[START + j] + fraction * (b[END + j] - b[START + j])
-        b[VELOCITY + j] = b[SPEED + j]
-        b[AHEAD + j] = b[SPEED + j]
-        b[MIDDLE + j] = b[POSITION + j] + half * b[SPEED + j]
+        b[VELOCITY + j] = speed
+        b[MIDDLE + j] = middle
+        b[MOTOR_MIDDLE + j] = middle
         b[FORCE + j] = 0.0
         b[MOTOR_FORCE + j] = 0.0
         b[FORWARD + j] = 1.0
@@ -105,25 +109,28 @@ def _lay_out(b: Floats, fraction: float, half: float, two: bool) -> None:
         b[CLIMB + j] = 0.0
         b[RISE + j] = 0.0
         b[LEVEL + j] = 0.0
-        b[VISCOUS_FORWARD + j] = b[VISCOUS + j]
-        b[VISCOUS_BACKWARD + j] = b[VISCOUS + j]
+        b[VISCOUS_FORWARD + j] = viscous
+        b[VISCOUS_BACKWARD + j] = viscous
         b[DRAG + j] = 0.0
         b[STAGE_LEVEL + j] = 0.0
         b[STAGE_FORCE + j] = 0.0
-    if two:
-        for j in range(LANES):
-            b[MOTOR_MIDDLE + j] = b[MOTOR_POSITION + j] + half * b[MOTOR_SPEED + j]
-            b[MOTOR_AHEAD + j] = b[MOTOR_SPEED + j]
-    else:
-        for j in range(LANES):
-            b[MOTOR_MIDDLE + j] = b[MIDDLE + j]
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _switch(b: Floats, first: float, last: float) -> None:
+def _lay_out_inside(b: Floats, lanes: int, half: float, two: bool) -> None:
+    """Where the motor of two masses is at mid-step, and the first guess of where the speeds lead."""
+    for j in range(lanes):
+        motor = b[MOTOR_POSITION + j] + half * b[MOTOR_SPEED + j]
+        b[MOTOR_MIDDLE + j] = motor if two else b[MIDDLE + j]
+        b[AHEAD + j] = b[SPEED + j]
+        b[MOTOR_AHEAD + j] = b[MOTOR_SPEED + j]
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _switch(b: Floats, lanes: int, first: float, last: float) -> None:
     """Drive force where it switches within the sample: its mean from the fraction `first` to `last` of the sample."""
     length = last - first
-    for j in range(LANES):
+    for j in range(lanes):
         part = min(max((b[SWITCH + j] - first) / length, 0.0), 1.0)
         before, after = first + 0.5 * length * part, last - 0.5 * length * (1.0 - part)
         force = b[START + j] + before * (b[END + j] - b[START + j])
@@ -132,15 +139,24 @@ def _switch(b: Floats, first: float, last: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def load(b: Floats, drive: Floats, k: int) -> None:
+def load(block: Floats, lanes: int, drive: Floats, k: int) -> None:
     """Put the drive force of sample k into the block: `drive` as in `run`."""
-    own = drive.shape[2] == LANES
-    for j in range(LANES):
-        column = j if own else 0
-        b[START + j], b[END + j] = drive[k, 0, column], drive[k, 1, column]
-        if drive.shape[1] == 5:
-            b[SWITCH + j] = drive[k, 2, column]
-            b[START_2 + j], b[END_2 + j] = drive[k, 3, column], drive[k, 4, column]
+    b = rows(block)
+    if drive.shape[2] != LANES:
+        start, end = drive[k, 0, 0], drive[k, 1, 0]
+        for j in range(lanes):
+            b[START + j] = start
+            b[END + j] = end
+        return
+    of = rows(drive[k, 0])  # the next rows follow
+    for j in range(lanes):
+        b[START + j] = of[j]
+        b[END + j] = of[LANES + j]
+    if drive.shape[1] == 5:
+        for j in range(lanes):
+            b[SWITCH + j] = of[2 * LANES + j]
+            b[START_2 + j] = of[3 * LANES + j]
+            b[END_2 + j] = of[4 * LANES + j]
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -153,68 +169,71 @@ def _dispatch(b: Floats, laws: Ints, phase: int, t: float, h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _carry(b: Floats, two: bool) -> None:
+def _carry(b: Floats, lanes: int, two: bool) -> None:
     """Estimate the force that the transmission carries: the drive force, or that of the spring between two masses."""
     if two:
-        for j in range(LANES):
+        for j in range(lanes):
             stretch = b[MOTOR_MIDDLE + j] - b[MIDDLE + j]
             pressed = stretch - min(max(stretch, -b[HALF_GAP + j]), b[HALF_GAP + j])
             damping = b[DAMPING + j] if pressed != 0.0 else 0.0
             harder = 1.0 + b[HARDENING + j] * pressed * pressed
             b[TRANSMITTED + j] = harder * b[STIFFNESS + j] * pressed + damping * (b[MOTOR_SPEED + j] - b[SPEED + j])
     else:
-        for j in range(LANES):
+        for j in range(lanes):
             b[TRANSMITTED + j] = b[DRIVE + j]
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _estimate(b: Floats) -> None:
+def _estimate(b: Floats, lanes: int) -> None:
     """The velocity that the laws of a stage see, and room for what they add."""
-    for j in range(LANES):
+    for j in range(lanes):
         b[VELOCITY + j] = 0.5 * (b[SPEED + j] + b[AHEAD + j])
         b[STAGE_LEVEL + j] = 0.0
         b[STAGE_FORCE + j] = 0.0
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _resist(b: Floats) -> None:
+def _levels(b: Floats, j: int, velocity: float) -> tuple[float, float, float]:
+    """Dry level up and down and viscous coefficient at a velocity."""
+    speed = abs(velocity)
+    climb, added = b[CLIMB + j], b[LEVEL + j] + b[STAGE_LEVEL + j]
+    bump = b[BUMP + j] + b[RISE + j] - climb
+    level = b[COULOMB + j] + climb + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
+    forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
+    up, down = max(level * b[FORWARD + j] + added, 0.0), max(level * b[BACKWARD + j] + added, 0.0)
+    return up, down, (forward if velocity >= 0.0 else backward) + b[DRAG + j] * speed
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _resist(b: Floats, lanes: int) -> None:
     """Dry level each way and viscous coefficient at the estimated velocity; HELD acts whatever happens."""
-    for j in range(LANES):
+    for j in range(lanes):
         velocity = 0.5 * (b[SPEED + j] + b[AHEAD + j])
-        speed = abs(velocity)
-        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
-        level = b[COULOMB + j] + b[CLIMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
-        added = b[LEVEL + j] + b[STAGE_LEVEL + j]
-        up, down = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
+        up, down, viscous = _levels(b, j, velocity)
         b[VELOCITY + j] = velocity
-        b[UP + j] = max(level * b[FORWARD + j] + added, 0.0)
-        b[DOWN + j] = max(level * b[BACKWARD + j] + added, 0.0)
-        b[RESIST + j] = (up if velocity >= 0.0 else down) + b[DRAG + j] * speed
+        b[UP + j] = up
+        b[DOWN + j] = down
+        b[RESIST + j] = viscous
         b[HELD + j] = 0.0
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _bristles(b: Floats, h: float) -> None:
+def _bristles(b: Floats, lanes: int, h: float, yields: bool) -> None:
     """Replace the set-valued friction by LuGre's: z' = v - lambda z, lambda = sigma_0 |v|/g, exact for frozen speed.
 
     The mean over the sub-step is linear in the mid-step velocity V: F = HELD + RESIST V. Bristles that yield with
     another power than LuGre's (Dahl 1968) do so, over the sub-step, at the pace of its beginning.
     """
-    yields = 0
-    for j in range(LANES):
-        b[PACE + j] = 1.0
-        yields += 0 if b[BRISTLE_POWER + j] == 0.0 else 1
     if yields:
-        for j in range(LANES):
-            velocity = b[VELOCITY + j]
-            level = max(b[UP + j] if velocity >= 0.0 else b[DOWN + j], 1e-9)
-            bent = b[BRISTLE_STIFFNESS + j] * b[BRISTLE + j] / level
+        for j in range(lanes):
+            velocity, up, down = b[VELOCITY + j], b[UP + j], b[DOWN + j]
+            bent = b[BRISTLE_STIFFNESS + j] * b[BRISTLE + j] / max(up if velocity >= 0.0 else down, 1e-9)
             left = max(abs(1.0 - (bent if velocity >= 0.0 else -bent)), YIELDED)
             b[PACE + j] = power(left, b[BRISTLE_POWER + j])
-    for j in range(LANES):
-        velocity = b[VELOCITY + j]
-        level = max(b[UP + j] if velocity >= 0.0 else b[DOWN + j], 1e-9)
-        sigma0, sigma1, pace = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j], b[PACE + j]
+    for j in range(lanes):
+        velocity, up, down = b[VELOCITY + j], b[UP + j], b[DOWN + j]
+        level = max(up if velocity >= 0.0 else down, 1e-9)
+        sigma0, sigma1, pace = b[BRISTLE_STIFFNESS + j], b[BRISTLE_DAMPING + j], b[PACE + j] if yields else 1.0
         rate = pace * sigma0 * abs(velocity) / level
         x = rate * h
         safe = max(x, SMALL)
@@ -231,9 +250,9 @@ def _bristles(b: Floats, h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _solve_one(b: Floats, inverse_h: float) -> None:
+def _solve_one(b: Floats, lanes: int, inverse_h: float) -> None:
     """Velocity of a single mass at the end of the sub-step."""
-    for j in range(LANES):
+    for j in range(lanes):
         v = b[SPEED + j]
         force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
         half = 0.5 * b[RESIST + j]
@@ -248,44 +267,47 @@ def _solve_one(b: Floats, inverse_h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _slide(b: Floats, inverse_h: float) -> int:
-    """`_resist` and the velocity of a rigid machine, as if it came to rest nowhere; how many lanes do."""
-    turns = 0
-    for j in range(LANES):
-        v = b[SPEED + j]
-        seen = 0.5 * (v + b[AHEAD + j])
-        speed = abs(seen)
-        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
-        level = b[COULOMB + j] + b[CLIMB + j] + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
-        added = b[LEVEL + j] + b[STAGE_LEVEL + j]
-        forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
-        half = 0.5 * ((forward if seen >= 0.0 else backward) + b[DRAG + j] * speed)
-        force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
-        inertia = b[MASS + j] * inverse_h
-        up = max(level * b[FORWARD + j] + added, 0.0)
-        down = max(level * b[BACKWARD + j] + added, 0.0)
+def _pushed(b: Floats, j: int) -> float:
+    """Force on a rigid machine but for friction. [N]."""
+    force: float = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
+    return force
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _begin_rigid(b: Floats, lanes: int, inverse_h: float) -> None:
+    """First stage of `step.advance_velocity` for a rigid machine, and the velocity that the laws of the second see."""
+    for j in range(lanes):
+        v, force, inertia = b[SPEED + j], _pushed(b, j), b[MASS + j] * inverse_h
+        up, down, viscous = _levels(b, j, v)
+        half = 0.5 * viscous
+        q = (inertia - half) * v + force
+        ahead = (q - min(max(q, -down), up)) * (1.0 / (inertia + half))
+        b[AHEAD + j] = ahead
+        b[VELOCITY + j] = 0.5 * (v + ahead)
+        b[STAGE_LEVEL + j] = 0.0
+        b[STAGE_FORCE + j] = 0.0
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _end_rigid(b: Floats, lanes: int, h: float, inverse_h: float) -> None:
+    """The second stage, and all that `_move` does."""
+    for j in range(lanes):
+        v, force, inertia = b[SPEED + j], _pushed(b, j), b[MASS + j] * inverse_h
+        up, down, viscous = _levels(b, j, 0.5 * (v + b[AHEAD + j]))
+        half = 0.5 * viscous
         inverse = 1.0 / (inertia + half)
         slide = ((inertia - half) * v + force - (up if v > 0.0 else -down)) * inverse
-        b[UP + j], b[DOWN + j], b[RESIST + j], b[HELD + j] = up, down, inverse, force
-        b[AHEAD + j] = slide
-        b[VELOCITY + j] = 0.5 * (v + slide)
-        turns += 0 if v * slide > 0.0 else 1
-    return turns
+        ahead, mean = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
+        b[VELOCITY + j] = mean
+        b[FRICTION + j] = force - inertia * (ahead - v)
+        b[POSITION + j] += h * mean
+        b[SPEED + j] = ahead
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _turn(b: Floats) -> None:
-    """The velocity where lanes come to rest on their way, or are at rest."""
-    for j in range(LANES):
-        force = b[HELD + j]
-        restart = (force - min(max(force, -b[DOWN + j]), b[UP + j])) * b[RESIST + j]
-        b[AHEAD + j], b[VELOCITY + j] = turning(b[SPEED + j], b[AHEAD + j], restart)
-
-
-@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _soften(b: Floats, h: float, inverse_h: float) -> None:
+def _soften(b: Floats, lanes: int, h: float, inverse_h: float) -> None:
     """Soften a contact that the sub-step cannot follow: else it throws the sides apart."""
-    for j in range(LANES):
+    for j in range(lanes):
         closing = 0.5 * ((b[MOTOR_SPEED + j] + b[MOTOR_AHEAD + j]) - (b[SPEED + j] + b[AHEAD + j]))
         expected = b[MOTOR_POSITION + j] - b[POSITION + j] + 0.5 * h * closing
         pressed = abs(expected) - b[HALF_GAP + j]
@@ -296,15 +318,11 @@ def _soften(b: Floats, h: float, inverse_h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
+def _solve_two(b: Floats, lanes: int, h: float, inverse_h: float, bristles: bool, gaps: bool) -> None:
     """Velocities of load and motor: the motor is eliminated from the implicit midpoint rule of the pair."""
-    gaps = 0
-    for j in range(LANES):
-        b[SOFTER + j] = 1.0
-        gaps += 1 if b[HALF_GAP + j] > 0.0 else 0
     if gaps:
-        _soften(b, h, inverse_h)
-    for j in range(LANES):
+        _soften(b, lanes, h, inverse_h)
+    for j in range(lanes):
         v, w = b[SPEED + j], b[MOTOR_SPEED + j]
         gap = b[HALF_GAP + j]
         stretch = b[MOTOR_POSITION + j] - b[POSITION + j]
@@ -314,7 +332,7 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
         expected = stretch + 0.5 * h * closing
         side = 1.0 if expected >= 0.0 else -1.0
         pressed = side * expected - gap
-        softer = b[SOFTER + j]
+        softer = b[SOFTER + j] if gaps else 1.0
         k = softer * softer * b[STIFFNESS + j] * (1.0 + b[HARDENING + j] * pressed * pressed)
         d = softer * b[DAMPING + j]
         push = k * pressed + d * side * closing
@@ -350,26 +368,16 @@ def _solve_two(b: Floats, h: float, inverse_h: float, bristles: bool) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _friction(b: Floats, inverse_h: float) -> None:
-    """What friction of a rigid machine must have been."""
-    for j in range(LANES):
-        b[FRICTION + j] = b[HELD + j] - b[MASS + j] * inverse_h * (b[AHEAD + j] - b[SPEED + j])
-
-
-@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _move(b: Floats, h: float, two: bool, bristles: bool) -> None:
+def _move(b: Floats, lanes: int, h: float) -> None:
     """Second half of the drift; speeds and bristles reach the end of the sub-step."""
     half = 0.5 * h
-    for j in range(LANES):
-        b[POSITION + j] += h * b[VELOCITY + j]
-        b[SPEED + j] = b[AHEAD + j]
-    if two:
-        for j in range(LANES):
-            b[MOTOR_POSITION + j] += half * (b[MOTOR_SPEED + j] + b[MOTOR_AHEAD + j])
-            b[MOTOR_SPEED + j] = b[MOTOR_AHEAD + j]
-    if bristles:
-        for j in range(LANES):
-            b[BRISTLE + j] += b[FOLLOWS + j] * b[VELOCITY + j] - b[DECAYS + j] * b[BRISTLE + j]
+    for j in range(lanes):
+        velocity, ahead, ahead_2 = b[VELOCITY + j], b[AHEAD + j], b[MOTOR_AHEAD + j]
+        b[POSITION + j] += h * velocity
+        b[MOTOR_POSITION + j] += half * (b[MOTOR_SPEED + j] + ahead_2)
+        b[BRISTLE + j] += b[FOLLOWS + j] * velocity - b[DECAYS + j] * b[BRISTLE + j]
+        b[SPEED + j] = ahead
+        b[MOTOR_SPEED + j] = ahead_2
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH, error_model="numpy")
@@ -379,7 +387,8 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     Args:
         b: the block: rows as named in `laws.py`, then the effects' states and parameters. (rows * LANES,)
         laws: phase, address, first parameter, first state (offsets into `b`) of each law. (l, 4)
-        structure: sum of `TWO_MASSES`, `WITH_BRISTLES`, `SWITCHED` (the force jumps within samples).
+        structure: sum of `TWO_MASSES`, `WITH_BRISTLES`, `SWITCHED` (the force jumps within samples), `WITH_GAPS`,
+            `YIELDING` (bristles with a power of their own), and `LANES`.
         t: time since the start of the recording. [s]
         h: time to the next sample. [s]
         substeps: >= 1.
@@ -390,35 +399,40 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     for i in range(laws.shape[0]):
         staged |= laws[i, 0] == TO_STAGE
         ages |= laws[i, 0] == AFTER
+    lanes, gaps, yields = structure & LANES, (structure & WITH_GAPS) != 0, (structure & YIELDING) != 0
     step = h / substeps
     inverse = 1.0 / step
     for i in range(substeps):
         middle = t + (i + 0.5) * step
-        _lay_out(block, (i + 0.5) / substeps, 0.5 * step, two)
+        _lay_out(block, lanes, (i + 0.5) / substeps, 0.5 * step)
+        if two or bristles:
+            _lay_out_inside(block, lanes, 0.5 * step, two)
         if structure & SWITCHED:
-            _switch(block, i / substeps, (i + 1) / substeps)
+            _switch(block, lanes, i / substeps, (i + 1) / substeps)
         if many:
             _dispatch(block, laws, TO_DRIVE, middle, step)
-            _carry(block, two)
+            _carry(block, lanes, two)
             _dispatch(block, laws, TO_STEP, middle, step)
-        for _stage in range(2):
+        if not (two or bristles):
             if staged:
-                _estimate(block)
                 _dispatch(block, laws, TO_STAGE, middle, step)
-            if not (two or bristles):
-                if _slide(block, inverse):
-                    _turn(block)
-            else:
-                _resist(block)
+            _begin_rigid(block, lanes, inverse)
+            if staged:
+                _dispatch(block, laws, TO_STAGE, middle, step)
+            _end_rigid(block, lanes, step, inverse)
+        else:
+            for _stage in range(2):
+                if staged:
+                    _estimate(block, lanes)
+                    _dispatch(block, laws, TO_STAGE, middle, step)
+                _resist(block, lanes)
                 if bristles:
-                    _bristles(block, step)
+                    _bristles(block, lanes, step, yields)
                 if two:
-                    _solve_two(block, step, inverse, bristles)
+                    _solve_two(block, lanes, step, inverse, bristles, gaps)
                 else:
-                    _solve_one(block, inverse)
-        if (ages or i + 1 == substeps) and not (two or bristles):
-            _friction(block, inverse)
-        _move(block, step, two, bristles)
+                    _solve_one(block, lanes, inverse)
+            _move(block, lanes, step)
         if ages:
             _dispatch(block, laws, AFTER, middle, step)
 
@@ -452,7 +466,7 @@ def run(
         for j in range(LANES):
             out[k, 0, j], out[k, 1, j], out[k, 2, j] = b[observed + j], b[speed + j], b[FRICTION + j]
         if k + 1 < t.shape[0]:
-            load(b, drive, k)
+            load(b, structure & LANES, drive, k)
             advance_sample(b, laws, structure, t[k], t[k + 1] - t[k], substeps)
     if t.shape[0] > 1:
         for j in range(LANES):

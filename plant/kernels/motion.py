@@ -93,7 +93,7 @@ def closed_loop(
     """
     n = t.shape[0]
     speed = MOTOR_SPEED if observed == MOTOR_POSITION else SPEED
-    rigid = laws.shape[0] == 0 and structure == 0 and delay <= 0.0
+    rigid = laws.shape[0] == 0 and structure == LANES and delay <= 0.0
     step, limit = settings[ENCODER], settings[LIMIT]
     integral, seen, slope = settings[FIRST_INTEGRAL], b[observed], b[speed]
     for k in range(n):
