@@ -17,7 +17,7 @@ from plant.effects.effect import Effect, Surroundings
 from plant.errors import InputError
 from plant.kernels import laws as row
 from plant.kernels.laws import LANES, ROWS
-from plant.kernels.machine import SWITCHED, TWO_MASSES, WITH_BRISTLES, WITH_GAPS, YIELDING, run
+from plant.kernels.machine import HALF, SWITCHED, TWO_MASSES, WITH_BRISTLES, WITH_GAPS, YIELDING, run
 from plant.kernels.shift import delay_pieces
 
 Floats = NDArray[np.float64]
@@ -240,6 +240,11 @@ class Plan:
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
         fastest = np.maximum(rate, added)
         return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, fastest, added)
+
+
+def for_lanes(structure: int, count: int) -> int:
+    """`structure` where only the first `count` lanes of a block are of interest."""
+    return structure if count > HALF else structure - (LANES - HALF)
 
 
 def plan(surroundings: Surroundings, names: tuple[str, ...]) -> Plan:

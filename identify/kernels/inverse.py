@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from plant.kernels.laws import EXTRA, LANES, MASS, MOTOR_MASS, MOTOR_POSITION, MOTOR_SPEED, POSITION, SPEED
-from plant.kernels.machine import TWO_MASSES, advance_sample, load
+from plant.kernels.machine import HALF, TWO_MASSES, advance_sample, load
 from plant.kernels.step import FASTMATH
 
 Floats = NDArray[np.float64]
@@ -63,6 +63,6 @@ def unexplained_force(
             b[MOTOR_SPEED + j] += velocity[k] - b[SPEED + j]
             b[POSITION + j], b[SPEED + j] = position[k], velocity[k]
             b[EXTRA + j] = 0.0
-        load(b, structure & LANES, drive, k)
-        advance_sample(b, laws, structure, t[k], steps[k], substeps)
+        load(b, HALF, drive, k)
+        advance_sample(b, laws, structure - HALF, t[k], steps[k], substeps)
         out[k] = mass * (velocity[k + 1] - b[SPEED]) / steps[k]

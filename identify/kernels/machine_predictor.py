@@ -29,7 +29,7 @@ from plant.kernels.laws import (
     Rows,
     rows,
 )
-from plant.kernels.machine import TWO_MASSES, WITH_BRISTLES, advance_sample, load
+from plant.kernels.machine import HALF, TWO_MASSES, WITH_BRISTLES, advance_sample, load
 from plant.kernels.step import FASTMATH
 
 Floats = NDArray[np.float64]
@@ -123,7 +123,7 @@ def predict_machine(
     side = -1.0 if observed == MOTOR_POSITION else 1.0
     b = scratch[:size]
     d = scratch[size:]
-    lanes, state, latent, gains = structure & LANES, rows(b), rows(d), rows(gain)
+    lanes, state, latent, gains = structure & (LANES | HALF), rows(b), rows(d), rows(gain)
     current = -1
     for k in range(n):
         if run[k] != current:

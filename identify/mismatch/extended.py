@@ -22,7 +22,7 @@ from identify.threads import side_by_side
 from plant.axis import Axis
 from plant.effects.effect import Surroundings
 from plant.kernels.laws import LANES
-from plant.machine import Blocks, Plan, drive_forces
+from plant.machine import Blocks, Plan, drive_forces, for_lanes
 
 Floats = NDArray[np.float64]
 
@@ -237,7 +237,7 @@ class ExtendedProblem(FrictionProblem):
             predict_machine(
                 blocks.b[i],
                 blocks.laws,
-                blocks.structure,
+                for_lanes(blocks.structure, m - i * LANES),
                 drive,
                 position,
                 s.t,

@@ -84,9 +84,11 @@ from plant.kernels.step import FASTMATH, turning
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Bits of `structure`. It holds `LANES`, too: the compiler, which would unroll short loops before it has vectorised
-# them, does not know how long loops over `structure & LANES` are, but for a vector's worth.
-TWO_MASSES, WITH_BRISTLES, SWITCHED, WITH_GAPS, YIELDING = 1, 2, 4, 8, 32
+# Bits of `structure`. Two more say how many lanes are of interest, `LANES` or `HALF`: where few candidates are left,
+# the rest of the block stands still. The compiler, which unrolls short loops of known length before it vectorises,
+# does not know it.
+TWO_MASSES, WITH_BRISTLES, SWITCHED, WITH_GAPS, YIELDING = 1, 2, 4, 32, 64
+HALF = LANES // 2
 HARDEST = 2.25  # contact rate times sub-step, squared
 YIELDED = 0.01  # of what is left before bristles slide: a power of less is as if it were so much
 SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
@@ -388,7 +390,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
         b: the block: rows as named in `laws.py`, then the effects' states and parameters. (rows * LANES,)
         laws: phase, address, first parameter, first state (offsets into `b`) of each law. (l, 4)
         structure: sum of `TWO_MASSES`, `WITH_BRISTLES`, `SWITCHED` (the force jumps within samples), `WITH_GAPS`,
-            `YIELDING` (bristles with a power of their own), and `LANES`.
+            `YIELDING` (bristles with a power of their own), and `LANES` or `HALF`.
         t: time since the start of the recording. [s]
         h: time to the next sample. [s]
         substeps: >= 1.
@@ -399,7 +401,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     for i in range(laws.shape[0]):
         staged |= laws[i, 0] == TO_STAGE
         ages |= laws[i, 0] == AFTER
-    lanes, gaps, yields = structure & LANES, (structure & WITH_GAPS) != 0, (structure & YIELDING) != 0
+    lanes, gaps, yields = structure & (LANES | HALF), (structure & WITH_GAPS) != 0, (structure & YIELDING) != 0
     step = h / substeps
     inverse = 1.0 / step
     for i in range(substeps):
@@ -466,7 +468,7 @@ def run(
         for j in range(LANES):
             out[k, 0, j], out[k, 1, j], out[k, 2, j] = b[observed + j], b[speed + j], b[FRICTION + j]
         if k + 1 < t.shape[0]:
-            load(b, structure & LANES, drive, k)
+            load(b, structure & (LANES | HALF), drive, k)
             advance_sample(b, laws, structure, t[k], t[k + 1] - t[k], substeps)
     if t.shape[0] > 1:
         for j in range(LANES):

@@ -25,7 +25,7 @@ from plant.kernels.laws import (
     SWITCH,
     VISCOUS,
 )
-from plant.kernels.machine import advance_sample
+from plant.kernels.machine import HALF, advance_sample
 from plant.kernels.shift import delayed_pieces
 from plant.kernels.step import FASTMATH, advance_velocity
 
@@ -121,6 +121,6 @@ def closed_loop(
                 for j in range(LANES):
                     b[START + j], b[END + j] = first, last
                     b[SWITCH + j], b[START_2 + j], b[END_2 + j] = switch, first_2, last_2
-                advance_sample(b, laws, structure, t[k], tick, substeps)
+                advance_sample(b, laws, structure - HALF, t[k], tick, substeps)
     if n > 1:
         out[2, 0] = out[2, 1]

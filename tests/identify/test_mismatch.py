@@ -57,7 +57,7 @@ def test_without_effects_the_machine_predicts_what_the_baseline_kernel_predicts(
     problem.substeps = plain.substeps
     gains, _ = gain_table(samples.sample_time)
     for gain in gains.T[[0, 5, -1]]:
-        assert problem.errors(x[None], gain) == pytest.approx(plain.errors(x[None], gain), abs=2e-6)
+        assert problem.errors(x[None], gain) == pytest.approx(plain.errors(x[None], gain), abs=1e-11)
 
 
 def test_every_effect_of_the_catalogue_has_a_guise_that_changes_the_predictions(quiet):

@@ -256,7 +256,7 @@ def test_a_population_climbs_across_peaks_that_a_slope_ends_on(monkeypatch):
             problem=problem, x=x, found=SearchResult(x, float(losses(x[None], 0)[0]), np.zeros(4), np.zeros(2), 0)
         )
 
-    monkeypatch.setattr(rugged, "fit", lambda _, points: fitted(points[0]))
+    monkeypatch.setattr(rugged, "fit", lambda _, points, **__: fitted(points[0]))
     found = rugged.climbed(fitted(start), None)
     assert found.x[0] == pytest.approx(1.0, abs=0.02)
 
