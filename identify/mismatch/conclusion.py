@@ -9,12 +9,12 @@ from functools import cached_property, reduce
 import numpy as np
 
 from identify.mismatch.baseline import fit_baseline
-from identify.mismatch.compare import ONCE, Comparison, Fit, compare, fairest_ratio
+from identify.mismatch.compare import ONCE, Comparison, Fit, brief_ratio, compare, fairest_ratio
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
 from identify.mismatch.effect_sizes import any_moment, may_be_absent, may_be_rigid, unknown
-from identify.mismatch.finish import finished
+from identify.mismatch.finish import clocks_apart, finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import Unexplained, unexplained
@@ -151,7 +151,8 @@ class Conclusion:
         them the gain must be clear; that is enough in any case where the effects decide when the axis breaks away.
         Weak evidence is worth a name only where half of the error is gone.
         Where most of the latent force is explained, sample by sample, free runs need only be no worse; past the worst
-        of them, where the fitted data alone are not overwhelming. Nor more where unseen data foretell the effects.
+        of them, where the fitted data alone are not overwhelming. Nor more where unseen data foretell the effects, or
+        where brief runs solve what all data tell even without their best blocks.
         """
         final = self.final
         share = self.error_left
@@ -163,6 +164,8 @@ class Conclusion:
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
         past = self._past
         if _foretells(self._gained) or (foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0):
+            return True
+        if lasting(self._gained) and self._brief < PROVEN:
             return True
         sure = overwhelming(self._gained) and self._gained.lacking < MUCH
         if sure and (self._gained.unseen < 1.0 if self.blind else past < WORTH):
@@ -189,6 +192,11 @@ class Conclusion:
     def _past(self) -> float:
         """Errors on unseen data past the worst runs over those of what is to beat. [1]."""
         return fairest_ratio(self._to_beat, self.final, self.evidence.held_out)
+
+    @cached_property
+    def _brief(self) -> float:
+        """The same of the shortest runs, the worst of them too. [1]."""
+        return brief_ratio(self._to_beat, self.final, self.evidence.held_out)
 
     @cached_property
     def _to_beat(self) -> Fit:
@@ -335,7 +343,9 @@ class Conclusion:
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
         better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH) or decided(told)
-        hidden = decided(told) and most < LESSER * self._evidence  # a limit that was not reached has no evidence there
+        solved = told.foreseen > CONVINCING and told.again > FORESEEN and told.lacking < SOLVED
+        hidden = most < LESSER * self._evidence  # a limit that was not reached has no evidence there
+        hidden = hidden and (decided(told) or solved)
         return bool(better) and (hidden or own >= min(TIED_SHARE * most, most - ELSEWHERE))
 
     def confirms(self, other: Conclusion) -> bool:
@@ -542,6 +552,7 @@ class Conclusion:
         other = second_opinion(self.final, self.evidence.held_out)
         closed = self.recordings[-1].loop == "closed"
         stamped = ACTED * (self.setting.native_time or self.setting.sample_time) if closed else 0.0
+        stamped = float(np.hypot(stamped, clocks_apart(self.final)))
         found = []
         for step in self.selection.steps:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)

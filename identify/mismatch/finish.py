@@ -76,6 +76,12 @@ def finished(fitted: Fit, unseen: Samples, period: float) -> Fit:
     return best
 
 
+def clocks_apart(fitted: Fit) -> float:
+    """By how much the clocks of a finished fit are apart; what it says of the time of anything may be that. [s]"""
+    clock = fitted.problem.guise("clock")
+    return abs(clock.value(fitted.x[fitted.problem.slot(clock)], "shift"))
+
+
 def lost(before: Fit, after: Fit) -> bool:
     """Whether an effect ended on a bound on which it was not."""
     named = [guise for guise in after.problem.guises if guise.name != "clock"]

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identify.mismatch.clock import clock
 from identify.mismatch.compare import Fit
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.finish import lost
+from identify.mismatch.finish import clocks_apart, lost
 from identify.mismatch.residual import setting_of
 from identify.mismatch.ways import guises
 from identify.preprocess import prepare
@@ -32,6 +33,16 @@ def test_a_fit_without_what_was_named_is_no_better_fit_of_it(tmp_path):
         x = named.x.copy()
         x[slot] = low[slot] + share * (high - low)[slot]
         assert lost(named, Fit(problem, dataclasses.replace(named.found, x=x))) == gone
+
+
+def test_what_a_time_is_told_from_may_be_clocks_that_are_apart(tmp_path):
+    """A quarter of a sample at most."""
+    _, axis, recordings = recorded(tmp_path, seed=5403, excitation="multisine", duration=8.0)
+    problem = ExtendedProblem(prepare(recordings[0], axis), axis).including((clock(0.01, held=False),))
+    x = np.zeros(problem.size)
+    x[problem.slot(problem.guises[0])] = -0.2
+    fitted = Fit(problem, SearchResult(x, 0.0, np.zeros(4), np.zeros(2), 0))
+    assert clocks_apart(fitted) == pytest.approx(0.002)
 
 
 @pytest.mark.slow

@@ -623,7 +623,7 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
         remains=SimpleNamespace(beside_names=[], duration=45.0),
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
-        held_out=lambda _: 0.1 * share, error_left=share, _past=past, _passing=lambda _: False,
+        held_out=lambda _: 0.1 * share, error_left=share, _past=past, _brief=1.0, _passing=lambda _: False,
         _gained=Comparison(-450.0, 14.0, -380.0, 0.1, 0.3, 350.0, foreseen_z, lacking=0.3),
     )  # fmt: skip
 
@@ -710,6 +710,15 @@ def test_a_gap_that_lasts_in_all_data_pays_with_any_gain_of_free_runs(blind, lac
     told = weighed(0.93, 14.4, 0.1, past=0.88)
     told.blind = blind
     told._gained = Comparison(-7043.0, 12.4, -5709.0, 0.86, unseen, 3386.0, 14.4, again=2878.0, lacking=lacking)
+    assert Conclusion.pays(told) is pays
+
+
+@pytest.mark.parametrize(("again", "brief", "pays"), [(666.0, 0.007, True), (666.0, 0.3, False), (400.0, 0.007, False)])
+def test_what_brief_runs_solve_pays_though_long_ones_drown_it(again, brief, pays):
+    """A limit that one move of an indexer reached: 4089 fitted, 2141 unseen; runs of a second kept 0.92 of the error."""
+    told = weighed(0.92, 1.9, 0.02, past=0.94)
+    told._gained = Comparison(-4089.0, 3.8, -2276.0, 0.8, 0.94, 2141.0, 1.9, again=again, lacking=0.51)
+    told._brief = brief
     assert Conclusion.pays(told) is pays
 
 
@@ -1004,6 +1013,22 @@ def test_a_limit_that_the_other_recordings_did_not_reach_has_no_evidence_there(m
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=SimpleNamespace(name="torque_saturation"))]),
     )  # fmt: skip
     beside = SimpleNamespace(guise=SimpleNamespace(name="step_change"), evidence=SimpleNamespace(bic=-most))
+    first = SimpleNamespace(selection=SimpleNamespace(opening=[beside]), outgrown=set())
+    assert Conclusion.holds_beside(turned, first) is stands
+
+
+@pytest.mark.parametrize(
+    ("again", "most", "stands"), [(233.0, 140.0, True), (20.0, 140.0, False), (233.0, 300.0, False)]
+)
+def test_a_limit_that_few_moves_reach_needs_no_more_than_that_both_recordings_are_likelier(again, most, stands):
+    """A shuttle reached it in one recording, with 6820, and touched it in the other, which says 471."""
+    told = Comparison(-6820.0, 3.0, -4066.0, 0.45, 0.79, 471.0, 2.6, again=again, lacking=0.25)
+    turned = SimpleNamespace(
+        verdict=Verdict.EXPLAINED, final=None, _gained=told, error_left=0.46, _evidence=6820.0,
+        said={"torque_saturation"},
+        selection=SimpleNamespace(steps=[SimpleNamespace(guise=SimpleNamespace(name="torque_saturation"))]),
+    )  # fmt: skip
+    beside = SimpleNamespace(guise=SimpleNamespace(name="rail_defect"), evidence=SimpleNamespace(bic=-most))
     first = SimpleNamespace(selection=SimpleNamespace(opening=[beside]), outgrown=set())
     assert Conclusion.holds_beside(turned, first) is stands
 

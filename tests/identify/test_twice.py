@@ -285,6 +285,7 @@ def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_fo
     monkeypatch.setattr(conclusion, "measured", lambda _: own)
     monkeypatch.setattr(conclusion, "second_opinion", lambda *_: second)
     monkeypatch.setattr(conclusion, "without", lambda *_: None)
+    monkeypatch.setattr(conclusion, "clocks_apart", lambda _: 0.0)
     own.fit = second.fit = SimpleNamespace(problem=None)
     told = dataclasses.replace(TOLD, foreseen=foreseen, steady=steady, again=foreseen, unseen=unseen)
     guises = [guise, *([SimpleNamespace(name=other)] if other else [])]

@@ -10,7 +10,7 @@ from identify.gain_drift import gain_drift
 from identify.identification import fit, identify_friction
 from identify.preprocess import prepare
 from identify.profile import alternatives
-from identify.uncertainty import uncertainty
+from identify.uncertainty import _no_worse, uncertainty
 from identify.waves import NORMAL, cosine_products, cosine_sums, wave_scatter
 from tests.identify.studies.coverage import CASES, binomial, study
 from tests.identify.studies.machines import Setting, coloured_noise, draw_case
@@ -64,6 +64,18 @@ def test_what_a_single_stroke_tells_gets_a_wide_interval_that_holds():
     assert (errors[:, 1] < widths[:, 1]).mean() > 0.9
     scatter = np.sqrt(np.mean(errors[:, 1] ** 2))
     assert np.median(widths[:, 1]) > 1.2 * NORMAL * scatter
+
+
+def test_nothing_is_known_worse_than_before_the_data():
+    """A lag and the clocks: their sum is known, what a weaker observer shifts between them no more than clocks differ."""
+    before = np.array([0.1, 2.0])
+    apart = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    wide = _no_worse(2.25 * apart + 1e-4 * np.eye(2), before)
+    assert np.sqrt(wide[0, 0]) <= 0.1
+    assert np.sqrt(wide[1, 1]) < 0.2
+    assert np.sqrt(wide.sum()) == pytest.approx(np.sqrt(2e-4), rel=0.1)  # of their sum
+    little = np.array([[1e-4, -2e-5], [-2e-5, 1e-2]])
+    np.testing.assert_allclose(_no_worse(little, before), little, rtol=1e-12)
 
 
 def test_binomial_intervals_hold_the_rate():
