@@ -715,7 +715,7 @@ def test_a_gap_that_lasts_in_all_data_pays_with_any_gain_of_free_runs(blind, lac
 
 @pytest.mark.parametrize(("again", "brief", "pays"), [(666.0, 0.007, True), (666.0, 0.3, False), (400.0, 0.007, False)])
 def test_what_brief_runs_solve_pays_though_long_ones_drown_it(again, brief, pays):
-    """A limit that one move of an indexer reached: 4089 fitted, 2141 unseen; runs of a second kept 0.92 of the error."""
+    """A limit that one move of an indexer reached: 4089 fitted, 2141 unseen; runs of a second kept 0.92."""
     told = weighed(0.92, 1.9, 0.02, past=0.94)
     told._gained = Comparison(-4089.0, 3.8, -2276.0, 0.8, 0.94, 2141.0, 1.9, again=again, lacking=0.51)
     told._brief = brief
@@ -1001,34 +1001,32 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
     assert Conclusion.holds_beside(turned, first) is (stands and "end_stop" not in beside)
 
 
+CHIRP = Comparison(-16261.0, 19.5, -14054.0, 0.22, 0.79, 5752.0, 10.2, again=4703.0, lacking=0.16)
+SHUTTLE = Comparison(-6820.0, 3.0, -4066.0, 0.45, 0.79, 471.0, 2.6, again=233.0, lacking=0.25)
+
+
 @pytest.mark.parametrize(
-    ("most", "lacking", "stands"), [(220.0, 0.16, True), (900.0, 0.16, False), (220.0, 0.5, False)]
+    ("told", "left", "most", "changed", "stands"),
+    [
+        (CHIRP, 0.77, 220.0, {}, True),
+        (CHIRP, 0.77, 900.0, {}, False),
+        (CHIRP, 0.77, 220.0, {"lacking": 0.5}, False),
+        (SHUTTLE, 0.46, 140.0, {}, True),
+        (SHUTTLE, 0.46, 300.0, {}, False),
+        (SHUTTLE, 0.46, 140.0, {"again": 20.0}, False),
+    ],
 )
-def test_a_limit_that_the_other_recordings_did_not_reach_has_no_evidence_there(most, lacking, stands):
-    """A chirp reached the limit, with 16261, moves before it did not: there a step of wandering friction had 220."""
-    told = Comparison(-16261.0, 19.5, -14054.0, 0.22, 0.79, 5752.0, 10.2, again=4703.0, lacking=lacking)
+def test_a_limit_that_the_other_recordings_did_not_reach_has_no_evidence_there(told, left, most, changed, stands):
+    """A chirp reached it, with 16261, moves before it did not: there a step of wandering friction had 220.
+
+    A shuttle reached it in one recording, with 6820, and touched it in the other, which said 471, of any part.
+    """
     turned = SimpleNamespace(
-        verdict=Verdict.EXPLAINED, final=None, _gained=told, error_left=0.77, _evidence=16261.0,
-        said={"torque_saturation"},
+        verdict=Verdict.EXPLAINED, final=None, _gained=dataclasses.replace(told, **changed),
+        _evidence=-told.bic, error_left=left, said={"torque_saturation"},
         selection=SimpleNamespace(steps=[SimpleNamespace(guise=SimpleNamespace(name="torque_saturation"))]),
     )  # fmt: skip
     beside = SimpleNamespace(guise=SimpleNamespace(name="step_change"), evidence=SimpleNamespace(bic=-most))
-    first = SimpleNamespace(selection=SimpleNamespace(opening=[beside]), outgrown=set())
-    assert Conclusion.holds_beside(turned, first) is stands
-
-
-@pytest.mark.parametrize(
-    ("again", "most", "stands"), [(233.0, 140.0, True), (20.0, 140.0, False), (233.0, 300.0, False)]
-)
-def test_a_limit_that_few_moves_reach_needs_no_more_than_that_both_recordings_are_likelier(again, most, stands):
-    """A shuttle reached it in one recording, with 6820, and touched it in the other, which says 471."""
-    told = Comparison(-6820.0, 3.0, -4066.0, 0.45, 0.79, 471.0, 2.6, again=again, lacking=0.25)
-    turned = SimpleNamespace(
-        verdict=Verdict.EXPLAINED, final=None, _gained=told, error_left=0.46, _evidence=6820.0,
-        said={"torque_saturation"},
-        selection=SimpleNamespace(steps=[SimpleNamespace(guise=SimpleNamespace(name="torque_saturation"))]),
-    )  # fmt: skip
-    beside = SimpleNamespace(guise=SimpleNamespace(name="rail_defect"), evidence=SimpleNamespace(bic=-most))
     first = SimpleNamespace(selection=SimpleNamespace(opening=[beside]), outgrown=set())
     assert Conclusion.holds_beside(turned, first) is stands
 

@@ -67,7 +67,7 @@ def test_what_a_single_stroke_tells_gets_a_wide_interval_that_holds():
 
 
 def test_nothing_is_known_worse_than_before_the_data():
-    """A lag and the clocks: their sum is known, what a weaker observer shifts between them no more than clocks differ."""
+    """A lag and the clocks: their sum is known; between them, no more is in doubt than by what clocks differ."""
     before = np.array([0.1, 2.0])
     apart = np.array([[1.0, -1.0], [-1.0, 1.0]])
     wide = _no_worse(2.25 * apart + 1e-4 * np.eye(2), before)
