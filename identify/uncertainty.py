@@ -52,6 +52,18 @@ class Uncertainty:
         """The same for the first `count` unknowns."""
         return Uncertainty(self.covariance[:count, :count].copy(), self.at_bound[:count], self.inflation)
 
+    def known(self, index: int, doubt: float) -> Uncertainty:
+        """The same where an unknown is known from elsewhere to a standard deviation of `doubt`, scaled.
+
+        What else the excess would move is known better by as much.
+        """
+        variance = float(self.covariance[index, index])
+        if variance <= doubt**2:
+            return self
+        along = self.covariance[:, index] / variance
+        covariance = self.covariance - (variance - doubt**2) * np.outer(along, along)
+        return Uncertainty(covariance, self.at_bound, self.inflation)
+
     def half_widths(self, gradients: Floats) -> Floats:
         """Half-widths of the 95 % intervals of functions with `gradients` (k, size). (k,)"""
         variance = np.einsum("ki,ij,kj->k", gradients, self.covariance, gradients)
@@ -80,18 +92,8 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     inner += rounding_scatter(problem, x, gain, towards, np.diag(inner))
     ratio = np.diag(inner)[:4] / np.maximum(np.diag(posterior)[:4], 1e-300)
     full = np.zeros((len(x), len(x)))
-    full[np.ix_(free, free)] = _no_worse(inner, problem.prior[1][free])
+    full[np.ix_(free, free)] = inner
     return Uncertainty(full, at_bound, float(np.clip(np.exp(np.mean(np.log(ratio))), 1.0, MOST_INFLATED)))
-
-
-def _no_worse(covariance: Floats, before: Floats) -> Floats:
-    """The covariance (k, k), in no direction wider than the priors with standard deviations `before` (k,).
-
-    What a weaker observer moves is no knowledge lost: clocks that differ by a tenth of a sample do so for it, too.
-    """
-    unit = np.outer(before, before)
-    size, along = np.linalg.eigh(covariance / unit)
-    return np.asarray((along * np.minimum(size, 1.0)) @ along.T * unit, dtype=np.float64)
 
 
 def breakaway_variance(problem: FrictionProblem, x: Floats, gain: Floats) -> float:

@@ -84,9 +84,13 @@ class Fit:
     def spread(self) -> Uncertainty:
         """Uncertainty of all unknowns."""
         clock = next((guise for guise in self.problem.guises if guise.name == APART.name), None)
-        if clock is None or self.x[self.problem.slot(clock)].any():
-            return uncertainty(self.problem, self.x, self.found.gain)
-        return self._spread_about(clock)
+        if clock is not None and not self.x[self.problem.slot(clock)].any():
+            return self._spread_about(clock)
+        spread = uncertainty(self.problem, self.x, self.found.gain)
+        if clock is None:
+            return spread
+        index = self.problem.slot(clock).start  # a weaker observer shifts it by more than clocks are apart
+        return spread.known(index, float(self.problem.prior[1][index]))
 
     def _spread_about(self, clock: Guise) -> Uncertainty:
         """The same where the clocks agree: data that do not tell them apart add nothing to how well they are known."""

@@ -10,7 +10,7 @@ from identify.gain_drift import gain_drift
 from identify.identification import fit, identify_friction
 from identify.preprocess import prepare
 from identify.profile import alternatives
-from identify.uncertainty import _no_worse, uncertainty
+from identify.uncertainty import Uncertainty, uncertainty
 from identify.waves import NORMAL, cosine_products, cosine_sums, wave_scatter
 from tests.identify.studies.coverage import CASES, binomial, study
 from tests.identify.studies.machines import Setting, coloured_noise, draw_case
@@ -66,16 +66,16 @@ def test_what_a_single_stroke_tells_gets_a_wide_interval_that_holds():
     assert np.median(widths[:, 1]) > 1.2 * NORMAL * scatter
 
 
-def test_nothing_is_known_worse_than_before_the_data():
-    """A lag and the clocks: their sum is known; between them, no more is in doubt than by what clocks differ."""
-    before = np.array([0.1, 2.0])
-    apart = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    wide = _no_worse(2.25 * apart + 1e-4 * np.eye(2), before)
-    assert np.sqrt(wide[0, 0]) <= 0.1
-    assert np.sqrt(wide[1, 1]) < 0.2
-    assert np.sqrt(wide.sum()) == pytest.approx(np.sqrt(2e-4), rel=0.1)  # of their sum
-    little = np.array([[1e-4, -2e-5], [-2e-5, 1e-2]])
-    np.testing.assert_allclose(_no_worse(little, before), little, rtol=1e-12)
+def test_what_is_known_from_elsewhere_tells_what_goes_with_it():
+    """A lag and the clocks, whose sum is known: the lag is in doubt by no more than by what clocks differ."""
+    apart = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 4.0]])
+    wide = Uncertainty(2.25 * apart + 1e-4 * np.eye(3), np.zeros(3, dtype=bool), 10.0)
+    told = wide.known(0, 0.1).covariance
+    assert np.sqrt(told[0, 0]) == pytest.approx(0.1)
+    assert np.sqrt(told[1, 1]) == pytest.approx(0.1, rel=0.01)
+    assert np.sqrt(told[:2, :2].sum()) == pytest.approx(np.sqrt(2e-4), rel=0.2)  # of their sum
+    assert told[2, 2] == wide.covariance[2, 2]
+    assert wide.known(2, 4.0) is wide
 
 
 def test_binomial_intervals_hold_the_rate():
