@@ -89,7 +89,7 @@ def predict_machine(
     error: Floats,
     first: int,
 ) -> None:
-    """Fill the one-step prediction errors of `LANES` candidates over n samples in one or more runs.
+    """Fill the one-step prediction errors of `LANES` (or `HALF`, see `structure`) candidates over n samples in runs.
 
     Args:
         block: the machines, see `plant.kernels.laws`; its states as they are before a run. (rows * LANES,)

@@ -142,7 +142,7 @@ def _switch(b: Floats, lanes: int, first: float, last: float) -> None:
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def load(block: Floats, lanes: int, drive: Floats, k: int) -> None:
-    """Put the drive force of sample k into the block: `drive` as in `run`."""
+    """Put the drive force of sample k into so many lanes of the block: `drive` as in `run`."""
     b = rows(block)
     if drive.shape[2] != LANES:
         start, end = drive[k, 0, 0], drive[k, 1, 0]
