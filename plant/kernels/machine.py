@@ -252,27 +252,26 @@ def _bristles(b: Floats, lanes: int, h: float, yields: bool) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _pushed(b: Floats, j: int) -> float:
+    """Force on a rigid machine but for friction. [N]."""
+    force: float = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
+    return force
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _solve_one(b: Floats, lanes: int, inverse_h: float) -> None:
     """Velocity of a single mass at the end of the sub-step."""
     for j in range(lanes):
         v = b[SPEED + j]
-        force = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
         half = 0.5 * b[RESIST + j]
         inertia = b[MASS + j] * inverse_h
-        q = (inertia - half) * v + (force - b[HELD + j])
+        q = (inertia - half) * v + (_pushed(b, j) - b[HELD + j])
         dry = min(max(q, -b[DOWN + j]), b[UP + j])
         inverse = 1.0 / (inertia + half)
         ahead = (q - dry) * inverse
         b[AHEAD + j] = ahead
         b[VELOCITY + j] = 0.5 * (v + ahead)
         b[FRICTION + j] = dry + b[HELD + j] + half * (v + ahead)
-
-
-@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _pushed(b: Floats, j: int) -> float:
-    """Force on a rigid machine but for friction. [N]."""
-    force: float = b[DRIVE + j] - b[AGAINST + j] - b[FORCE + j] - b[MOTOR_FORCE + j] - b[STAGE_FORCE + j] + b[EXTRA + j]
-    return force
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
