@@ -185,6 +185,14 @@ class Recording:
         return self.result
 
 
+def heard(publisher):
+    """Wait until what `publisher` puts has a subscriber: without a cache, what comes before is lost."""
+    deadline = time.monotonic() + DEADLINE
+    while not publisher.matching_status.matching:
+        assert time.monotonic() < deadline, "no subscriber"
+        time.sleep(0.01)
+
+
 class Epochs:
     """The part of a daemon that a replay waits for: it hears of epochs and acknowledges them when told."""
 
@@ -259,8 +267,7 @@ def test_what_came_too_early_is_asked_of_the_cache_and_written_in_order(hub, tmp
 
     recorder = Recording(endpoint, tmp_path / "out")
     with session.declare_queryable(f"{key}/@adv/pub/here/1/_", answer), session.declare_publisher(key) as publisher:
-        while not publisher.matching_status.matching:
-            time.sleep(0.01)
+        heard(publisher)
         for seq in (200, 300, 500, 600, 800):
             publisher.put(encode_block(block(seq)), encoding="application/cbor")
         recorder.wait(800)  # 700 is nowhere
@@ -274,8 +281,11 @@ def test_what_came_too_early_is_asked_of_the_cache_and_written_in_order(hub, tmp
 def test_garbage_beside_a_stream_is_counted_and_not_written(hub, tmp_path):
     endpoint, _session = hub
     recorder = Recording(endpoint, tmp_path / "out", axes=["axis-1"])
+    key = keys.samples_key("s", "axis-1")
     with open_session("client", connect=[endpoint]) as other, SamplePublisher(other, "s", "axis-1") as publisher:
-        other.put(keys.samples_key("s", "axis-1"), b"\xff\xff", encoding="application/cbor")
+        with other.declare_publisher(key) as garbage:
+            heard(garbage)
+            garbage.put(b"\xff\xff", encoding="application/cbor")
         other.put(keys.samples_key("s", "axis-2"), b"\xff\xff", encoding="application/cbor")
         publisher.put(block(0))
         recorder.wait(100)
