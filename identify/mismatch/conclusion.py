@@ -37,6 +37,7 @@ from identify.mismatch.rules import (
     NO_NAME,
     PROVEN,
     SOLVED,
+    STILL,
     STRAY,
     TIED_BIC,
     TIED_SHARE,
@@ -74,7 +75,6 @@ WORTH = 0.85  # of the baseline's one-second error on unseen data: names that le
 # worth the risk of being wrong
 MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need not agree
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
-STILL = 0.95  # of the baseline's latent force: names that leave more leave it as it was
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time

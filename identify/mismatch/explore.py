@@ -17,7 +17,18 @@ from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed, moved, scattered
-from identify.mismatch.rules import BIC, BREAK_AWAY, KNOWN, Step, all_told, bent_to_edge, price, proven, refusal
+from identify.mismatch.rules import (
+    BIC,
+    BREAK_AWAY,
+    KNOWN,
+    NO_NAME,
+    Step,
+    all_told,
+    bent_to_edge,
+    price,
+    proven,
+    refusal,
+)
 from identify.mismatch.score import extend, leads_at
 from identify.mismatch.wandering import OTHERS, wanders
 from identify.observer import gain_table
@@ -328,7 +339,9 @@ def weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
 def _refusal(fitted: Fit, guise: Guise, evidence: Comparison, acting: float) -> str | None:
     """Why the effect does not earn its name, or is no event of its own; or None."""
     refused = refusal(fitted, guise, evidence, acting)
-    return refused or wanders(fitted, guise.name, all_told(evidence), proven=proven(evidence))
+    if refused not in (None, NO_NAME):
+        return refused
+    return wanders(fitted, guise, all_told(evidence), proven=proven(evidence)) or refused
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:

@@ -71,7 +71,7 @@ class Remains:
     @property
     def refused_names(self) -> list[Structure]:
         """What the chosen effects would explain, which are no chance but do not stand."""
-        return [self._along(step) for step in self.selection.steps if telling(step) >= 2]
+        return [self._along(step) for step in self.selection.steps if telling(step)]
 
     @property
     def odd(self) -> list[Structure]:
@@ -127,7 +127,7 @@ class Remains:
 
         Another exponent of the Stribeck curve is neither.
         """
-        likely = [step for step in steps if telling(step) >= 2 and step.guise.name != CURVE]
+        likely = [step for step in steps if telling(step) and step.guise.name != CURVE]
         return [
             *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
             *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),

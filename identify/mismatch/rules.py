@@ -34,6 +34,7 @@ FAINT, CONVINCING = -10.0, 250.0  # evidence that a name needs where that of uns
 SPOILS = 1.4  # on the fitted data, where the likelihood asked for the effect: a little more is how a start is known
 SUPPORT = 0.15  # evidence per unseen sample over that per fitted one: less is no effect of the machine, unless it ...
 DISTINCT = 0.5  # ... is what a name needs, or one-second predictions of unseen data are at least so much better
+STILL = 0.95  # of the latent force: what leaves more, and HARDLY any less of the error, has explained nothing
 UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another effect may still spoil the unseen data
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
@@ -279,10 +280,15 @@ def strong(step: Step) -> bool:
     return step.evidence.bic < BIC_STRONG and step.evidence.unseen < CLEARLY
 
 
-def telling(step: Step) -> int:
-    """How many of three say that a step is no chance: strong evidence, better predictions, likelier unseen data."""
+def telling(step: Step) -> bool:
+    """Whether what has no name here is worth telling all the same: no chance, and not without consequence.
+
+    Two of three say the former: strong evidence, better predictions, likelier unseen data. But friction that wanders
+    gives evidence for anything, which takes nothing from the latent force nor from the error.
+    """
     told = step.evidence
-    return sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told)))
+    no_chance = sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told))) >= 2
+    return no_chance and not (told.lacking > STILL and told.unseen > HARDLY)
 
 
 def at_edge(fitted: Fit, guise: Guise) -> bool:

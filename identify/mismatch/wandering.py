@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.mismatch.compare import ONCE, Fit
+from identify.mismatch.guise import Guise
 from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import gain_of_one
 from identify.mismatch.probes import View
@@ -25,18 +26,19 @@ ALIKE = 0.12  # of a faint place's evidence: if another one has this much, frict
 APART = 2.0  # widths of both between them
 
 
-def wanders(fitted: Fit, name: str, evidence: float, *, proven: bool) -> str | None:
+def wanders(fitted: Fit, guise: Guise, evidence: float, *, proven: bool) -> str | None:
     """Why a change in time is no event of its own, or None.
 
     What leaves hardly any error of unseen data happens in them at the same moment: no friction wanders twice alike.
 
     Args:
         fitted: the model with the change.
-        name: of the effect; those that do not happen in time never wander.
+        guise: the effect; what does not depend on time never wanders.
         evidence: of fitted and of unseen data for the change, > 0. [1]
         proven: whether unseen data foretell it, and leave hardly any error.
     """
-    if name not in ONCE:
+    name = guise.name
+    if name not in ONCE and guise.depends != "time":
         return None
     if name == STEP and abs(_value(fitted, "step")) < LEAST * fitted.dry_level:
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"

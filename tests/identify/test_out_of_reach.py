@@ -16,8 +16,9 @@ from identify.mismatch.explore import shortlist
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
-from identify.mismatch.rules import _too_damped, _too_hard
+from identify.mismatch.rules import NO_NAME, _too_damped, _too_hard
 from identify.mismatch.score import extend
+from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.wandering import OTHERS, one_of_many, wanders
 from identify.mismatch.ways import guises
 from identify.mismatch.ways_memory import compliance
@@ -189,8 +190,31 @@ def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
     step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
     bare = fit_baseline(samples, AXIS, 0)
     problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
-    reason = wanders(fit(problem, x), "step_change", 100.0, proven=proven)
+    reason = wanders(fit(problem, x), step, 100.0, proven=proven)
     assert (reason is not None and reason.startswith(OTHERS)) is told
+
+
+@pytest.mark.parametrize("wandering", [False, True])
+def test_a_torque_constant_that_fades_is_none_of_many_changes(monkeypatch, wandering):
+    """Friction that wanders looked like one: where another change is as likely, it is no other physics either."""
+    now = [0.0]
+
+    def resists(t: float, _: float, v: float) -> tuple[float, float]:
+        now[0] = t
+        return dry(v, 20.0 + wandering * (4.0 * (t > 3.0) - 3.0 * (t > 9.0) + 3.0 * (t > 14.0))), 0.0
+
+    def fades(told: float, _: float) -> float:
+        return told if wandering else told * (0.85 + 0.15 * np.exp(-now[0] / 6.0))
+
+    samples = prepare(driven(1, resists, delivers=fades), AXIS)
+    bare = fit_baseline(samples, AXIS, 0)
+    fading = next(guise for guise in uncatalogued(setting(AXIS, duration=20.0, mass=MASS)) if guise.depends == "time")
+    _, steps = explore.explore(bare, [fading], samples)
+    (step,) = [one for one in steps if one.guise.name == fading.name]
+    assert step.evidence.bic < -100.0
+    monkeypatch.setattr(explore, "refusal", lambda *_: NO_NAME)  # as it is where blocks and unseen data agree
+    reason = explore._refusal(step.fit, fading, step.evidence, step.acting)
+    assert (reason.startswith(OTHERS), reason == NO_NAME) == (wandering, not wandering)
 
 
 @pytest.mark.parametrize(("second", "many"), [(0.0, False), (0.9, True)])
