@@ -300,18 +300,19 @@ def test_a_name_gives_way_to_what_is_clearly_likelier_only(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("evidence", "unseen", "foreseen", "told"),
+    ("evidence", "unseen", "foreseen", "lacking", "told"),
     [
-        (-300.0, 0.5, 10.0, True),
-        (-300.0, 0.9, 100.0, True),
-        (-43.0, 0.13, 2285.0, True),
-        (-47.0, 0.98, 74.0, False),  # a healthy machine on rough friction
-        (-300.0, 0.9, 10.0, False),
+        (-300.0, 0.5, 10.0, 1.0, True),
+        (-300.0, 0.9, 100.0, 0.9, True),
+        (-300.0, 0.9, 100.0, 1.0, False),  # it takes nothing
+        (-43.0, 0.13, 2285.0, 1.0, True),
+        (-47.0, 0.98, 74.0, 0.9, False),  # a healthy machine on rough friction
+        (-300.0, 0.9, 10.0, 0.9, False),
     ],
 )
-def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, foreseen, told):
+def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, foreseen, lacking, told):
     monkeypatch.setattr(locate, "coordinates", lambda *_: {"velocity": np.linspace(-1.0, 1.0, 1001)})
-    seen = Comparison(evidence, 3.0, evidence, 0.9, unseen, foreseen, 4.0)
+    seen = Comparison(evidence, 3.0, evidence, 0.9, unseen, foreseen, 4.0, lacking=lacking)
     guise = SimpleNamespace(name="frictional_lag", depends="velocity")
     step = Step(SimpleNamespace(dry_level=10.0), guise, seen, 1.0, NO_NAME, 1.0)
     remains = Remains(None, SimpleNamespace(train=None), None, None, None)
