@@ -33,7 +33,7 @@ def wanders(fitted: Fit, guise: Guise, evidence: float, *, proven: bool) -> str 
 
     Args:
         fitted: the model with the change.
-        guise: the effect; what does not depend on time never wanders.
+        guise: the effect, or physics in no catalogue; what does not happen in time never wanders.
         evidence: of fitted and of unseen data for the change, > 0. [1]
         proven: whether unseen data foretell it, and leave hardly any error.
     """
