@@ -17,7 +17,7 @@ from plant.effects.effect import Effect, Surroundings
 from plant.errors import InputError
 from plant.kernels import laws as row
 from plant.kernels.laws import LANES, ROWS
-from plant.kernels.machine import HALF, SWITCHED, TWO_MASSES, WITH_BRISTLES, WITH_GAPS, YIELDING, run
+from plant.kernels.machine import BENT_CURVE, HALF, SWITCHED, TWO_MASSES, WITH_BRISTLES, WITH_GAPS, YIELDING, run
 from plant.kernels.shift import delay_pieces
 
 Floats = NDArray[np.float64]
@@ -39,6 +39,7 @@ class Machine:
         friction: rows F_c, F_s [N], v_s [m/s], F_v [N·s/m]. (4, m)
         mass: m_e. [kg] (m,)
         against: M g + constant force. [N] (m,)
+        exponent: of |v|/v_s in eq. (1). [1] (m,)
         motor_mass: motor's part of `mass`; 0 while rigid. [kg] (m,)
         stiffness, damping, half_gap: of the transmission. [N/m], [N·s/m], [m] (m,)
         motor_share: of the friction, that rubs at the motor. [1] (m,)
@@ -55,6 +56,7 @@ class Machine:
     friction: Floats
     mass: Floats
     against: Floats
+    exponent: Floats = field(init=False)
     motor_mass: Floats = field(init=False)
     stiffness: Floats = field(init=False)
     damping: Floats = field(init=False)
@@ -74,7 +76,7 @@ class Machine:
         """Start rigid and without delay; effects replace these arrays, they do not write into them."""
         none = np.zeros(len(self.mass))
         none.flags.writeable = False
-        self.bent = np.ones(len(self.mass))
+        self.bent = self.exponent = np.ones(len(self.mass))
         self.motor_mass = self.stiffness = self.damping = self.half_gap = self.hardening = none
         self.bristle_stiffness = self.bristle_damping = self.bristle_power = none
         self.delay = self.motor_share = self.hangs = none
@@ -236,7 +238,8 @@ class Plan:
         at_motor = machine.two_masses and self.surroundings.sensor_at_motor
         structure = TWO_MASSES * machine.two_masses + WITH_BRISTLES * machine.bristles
         structure += SWITCHED * bool(machine.delay.any()) + WITH_GAPS * bool((machine.half_gap > 0.0).any())
-        structure += YIELDING * bool(machine.bristle_power.any()) + LANES
+        structure += YIELDING * bool(machine.bristle_power.any())
+        structure += BENT_CURVE * bool((machine.exponent != 1.0).any()) + LANES
         observed = row.MOTOR_POSITION if at_motor else row.POSITION
         fastest = np.maximum(rate, added)
         return Blocks(b, np.array(laws, np.int64).reshape(-1, 4), structure, observed, machine.delay, fastest, added)
@@ -302,6 +305,7 @@ def _constants(machine: Machine) -> dict[int, Floats]:
         row.COULOMB: coulomb,
         row.BUMP: static - coulomb,
         row.INVERSE_STRIBECK: 1.0 / stribeck,
+        row.EXPONENT: machine.exponent,
         row.VISCOUS: viscous,
         row.MASS: machine.mass - machine.motor_mass,
         row.AGAINST: machine.against,

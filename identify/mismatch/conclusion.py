@@ -178,6 +178,15 @@ class Conclusion:
         return share < (CLEARLY if still else WORTH) or past < enough
 
     @property
+    def unpaid(self) -> bool:
+        """Whether names stand, and fitted and unseen data are far likelier with them, but free runs gain too little."""
+        return bool(self.selection.steps) and overwhelming(self._gained) and self.stands and not self.pays()
+
+    def repeats(self, other: Conclusion) -> bool:
+        """Whether this gives the names that `other` found, and stands."""
+        return self.verdict is Verdict.EXPLAINED and self.said == other.said
+
+    @property
     def hinted(self) -> bool:
         """Whether unseen data would tell an effect of which the fitted ones know nothing: at another speed or load."""
         told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]

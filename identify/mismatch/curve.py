@@ -15,19 +15,6 @@ from numpy.typing import NDArray
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.nameless import Structure
 from plant.effects.effect import Effect, Parameter
-from plant.kernels.exponential import exp_neg, ln
-from plant.kernels.laws import (
-    BUMP,
-    CLIMB,
-    INVERSE_STRIBECK,
-    LANES,
-    RISE,
-    STAGE_LEVEL,
-    TO_STAGE,
-    VELOCITY,
-    Rows,
-    law,
-)
 
 if TYPE_CHECKING:
     from identify.mismatch.compare import Fit
@@ -36,24 +23,14 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CURVE = "stribeck_exponent"
-SLOWEST = 1e-9  # of v_s: below it every curve is at its top
-FASTEST = 6.5  # logarithm of the largest argument of the exponential
 RISING = "rising_friction"
 RISES, CERTAIN = 0.15, 10.0  # of F_c that F_s lies below it, and its z: no healthy machine of three authors has any
 BENDS = (-0.7, 1.1)  # logarithm of the exponent: from 0.5 to 3
 
 
-@law(TO_STAGE)
-def _other_fall(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
-        speed = abs(b[VELOCITY + j]) * b[INVERSE_STRIBECK + j]
-        power = exp_neg(-min(p[j] * ln(max(speed, SLOWEST)), FASTEST))
-        b[STAGE_LEVEL + j] += bump * (exp_neg(power) - exp_neg(speed))
-
-
-def _exponent(values: Floats, machine: Machine) -> Floats:  # noqa: ARG001
-    return np.exp(values[:1])
+def _exponent(values: Floats, machine: Machine) -> Floats:
+    machine.exponent = np.exp(values[0])
+    return values[:0]
 
 
 def _rate(values: Floats, machine: Machine, speed: float) -> Floats:  # noqa: ARG001
@@ -65,7 +42,6 @@ def _rate(values: Floats, machine: Machine, speed: float) -> Floats:  # noqa: AR
 EXPONENT = Effect(
     name=CURVE,
     parameters=(Parameter("bend", "1", BENDS, absent=0.0, about="logarithm of the exponent of |v|/v_s"),),
-    laws=(_other_fall,),
     prepare=_exponent,
     rate=_rate,
     source="Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30",

@@ -52,7 +52,9 @@ class Evidence:
     quiet: bool = False
 
 
-def gather(recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST) -> Evidence:
+def gather(
+    recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST, removed: tuple[str, ...] = ()
+) -> Evidence:
     """Split usable recordings into what is fitted and what judges (docs/json.md).
 
     Args:
@@ -60,6 +62,7 @@ def gather(recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.
         axis: the machine.
         judges: what is held out; the part of the last of several recordings is its beginning where the axis travels
             less at the end, and a single recording has no others.
+        removed: what was left out before, in words.
     """
     ready = [prepare(recording, axis) for recording in recordings]
     slowest = max(samples.sample_time for samples in ready)
@@ -71,7 +74,7 @@ def gather(recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.
     if not now:
         now, before = before, []
     *others, last = now
-    removed = tuple(dict.fromkeys(line for samples in ready for line in samples.removed))
+    removed = tuple(dict.fromkeys([*removed, *(line for samples in ready for line in samples.removed)]))
     if others and judges is not Judges.PART:
         train, held_out, kind = join(others), last, "recording"
         if judges is Judges.OTHERS:

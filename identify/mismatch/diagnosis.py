@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,7 @@ from plant.recording import Recording
 Floats = NDArray[np.float64]
 
 FEWEST_MOVING = 100  # samples in motion
+SET_ASIDE = "{} set aside: {}"
 NOISE_TRAVEL = 30.0  # noise levels of travel, below which nothing can be said
 RESTLESS = 0.3  # of the variance of a loop's logged force, white: what acted is known where the axis has felt that
 KNOWN_AT_BEST = 1e-3  # of a scaled unknown: friction repeats no better
@@ -91,6 +93,7 @@ def conclude(
         reason = unusable(recording, axis) or too_broken(prepare(recording, axis))
         if reason is not None:
             return _insufficient(recordings, axis, seed, f"{recording.source or 'recording'}: {reason}")
+    recordings, still = _moving(recordings, axis)
     doubtful = all(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
@@ -100,7 +103,8 @@ def conclude(
         return _insufficient(recordings, axis, seed, reason)
 
     def judged_by(judges: Judges) -> Conclusion | Diagnosis:
-        return _known_before(_selected(recordings, gather(recordings, axis, judges), axis, doubtful, seed, progress))
+        gathered = gather(recordings, axis, judges, still)
+        return _known_before(_selected(recordings, gathered, axis, doubtful, seed, progress))
 
     first = judged_by(Judges.LAST)
     if isinstance(first, Diagnosis):
@@ -118,7 +122,10 @@ def conclude(
     several = first.evidence.kind == "recording"
     hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
     parts = hinted or (first.torn and (first.spelled or not first.happened))
-    more = judged_by(Judges.PART) if parts else first
+    unpaid = several and not parts and first.unpaid
+    more = judged_by(Judges.PART) if parts or unpaid else first
+    if unpaid and (isinstance(more, Diagnosis) or not more.repeats(first)):
+        more = first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several or first.recognised or (explained and found.said != {STEP}):
@@ -136,6 +143,24 @@ def conclude(
     return twice or happened_once(first) or happened_once(turned) or found
 
 
+def _moving(recordings: Sequence[Recording], axis: Axis) -> tuple[Sequence[Recording], tuple[str, ...]]:
+    """The recordings in which the axis moves, and what is said of the others; all, where none of a state is left.
+
+    One that stays where it is tells nothing of friction, and must not be all that is fitted, or all that judges.
+    """
+    said = [_hardly_moves(prepare(recording, axis), axis) for recording in recordings]
+    for before in (True, False):
+        state = [why for why, r in zip(said, recordings, strict=True) if (r.note.strip() == "commissioning") is before]
+        if state and None not in state:
+            return recordings, ()
+    moving = [recording for recording, why in zip(recordings, said, strict=True) if why is None]
+    return moving, tuple(
+        SET_ASIDE.format(Path(recording.source).name or f"recording {number + 1}", why)
+        for number, (recording, why) in enumerate(zip(recordings, said, strict=True))
+        if why is not None
+    )
+
+
 def _tells(parts: Conclusion, whole: Conclusion) -> bool:
     """Whether what `parts` of a recording say is the answer, and not what `whole` ones said without a name."""
     if parts.verdict is Verdict.EXPLAINED:
@@ -151,7 +176,7 @@ def _selected(
     """Baseline and effects for one way to hold data out."""
     progress(Doing(Stage.BASELINE, "baseline"))
     evidence, baseline = read_torque(gathered, axis, doubtful, seed)
-    reason = _too_little(baseline, evidence.train)
+    reason = _too_little(evidence.train, axis)
     if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
     unknown = _unknown_friction(baseline, evidence.train)
@@ -242,20 +267,27 @@ def _insufficient(recordings: Sequence[Recording], axis: Axis, seed: int, reason
     )
 
 
-def _too_little(baseline: Fit, samples: Samples) -> str | None:
+def _too_little(samples: Samples, axis: Axis) -> str | None:
     """Why the motion cannot carry a diagnosis, or None."""
+    still = _hardly_moves(samples, axis)
+    if still is not None:
+        return still
+    bent = _elastic(samples)
+    if bent > ELASTIC:
+        return f"the position follows the force like a spring ({bent:.0%}): the axis bends and hardly slides"
+    return None
+
+
+def _hardly_moves(samples: Samples, axis: Axis) -> str | None:
+    """Why there is too little motion to tell anything of friction, or None."""
     velocity = np.abs(smooth_velocity(samples))
     moving = int(np.count_nonzero(velocity > RESTING * float(velocity.max())))
     travel = float(np.ptp(samples.position))
     noise = noise_level(samples.position)
-    unit = baseline.problem.axis.position_unit
     if travel < NOISE_TRAVEL * noise:
-        return f"the axis moved {travel:.2g} {unit}, {travel / noise:.0f} times the noise of its position"
+        return f"the axis moved {travel:.2g} {axis.position_unit}, {travel / noise:.0f} times the noise of its position"
     if moving < FEWEST_MOVING:
         return f"only {moving} samples show motion"
-    bent = _elastic(samples)
-    if bent > ELASTIC:
-        return f"the position follows the force like a spring ({bent:.0%}): the axis bends and hardly slides"
     return None
 
 

@@ -44,6 +44,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     COULOMB,  # F_c [N]
     BUMP,  # F_s - F_c [N]
     INVERSE_STRIBECK,  # 1/v_s [s/m]
+    EXPONENT,  # of |v|/v_s in eq. (1): 1 of the paper [1]
     VISCOUS,  # F_v [N s/m]
     MASS,  # m_e; the load's share where there are two masses [kg]
     AGAINST,  # M g + constant force [N]
@@ -90,7 +91,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     DECAYS,
     PACE,
     SOFTER,
-) = range(0, 56 * LANES, LANES)
+) = range(0, 57 * LANES, LANES)
 ROWS = SOFTER // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

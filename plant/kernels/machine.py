@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from plant.kernels.exponential import exp_neg, power
+from plant.kernels.exponential import exp_neg, ln, power
 from plant.kernels.laws import (
     AFTER,
     AGAINST,
@@ -34,6 +34,7 @@ from plant.kernels.laws import (
     DRIVE,
     END,
     END_2,
+    EXPONENT,
     EXTRA,
     FOLLOWS,
     FORCE,
@@ -87,10 +88,12 @@ Ints = NDArray[np.int64]
 # Bits of `structure`. Two more say how many lanes are of interest, `LANES` or `HALF`: where few candidates are left,
 # the rest of the block stands still. The compiler, which unrolls short loops of known length before it vectorises,
 # does not know it.
-TWO_MASSES, WITH_BRISTLES, SWITCHED, WITH_GAPS, YIELDING = 1, 2, 4, 32, 64
+TWO_MASSES, WITH_BRISTLES, SWITCHED, WITH_GAPS, YIELDING, BENT_CURVE = 1, 2, 4, 32, 64, 128
 HALF = LANES // 2
 HARDEST = 2.25  # contact rate times sub-step, squared
 YIELDED = 0.01  # of what is left before bristles slide: a power of less is as if it were so much
+SLOWEST = 1e-9  # of v_s: below it every curve of friction is at its top
+FASTEST = 6.5  # logarithm of the largest argument of the exponential in it
 SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
 
 
@@ -195,23 +198,26 @@ def _estimate(b: Floats, lanes: int) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _levels(b: Floats, j: int, velocity: float) -> tuple[float, float, float]:
+def _levels(b: Floats, j: int, velocity: float, bent: bool) -> tuple[float, float, float]:
     """Dry level up and down and viscous coefficient at a velocity."""
     speed = abs(velocity)
+    fall = speed * b[INVERSE_STRIBECK + j]
+    if bent:
+        fall = exp_neg(-min(b[EXPONENT + j] * ln(max(fall, SLOWEST)), FASTEST))
     climb, added = b[CLIMB + j], b[LEVEL + j] + b[STAGE_LEVEL + j]
     bump = b[BUMP + j] + b[RISE + j] - climb
-    level = b[COULOMB + j] + climb + bump * exp_neg(speed * b[INVERSE_STRIBECK + j])
+    level = b[COULOMB + j] + climb + bump * exp_neg(fall)
     forward, backward = b[VISCOUS_FORWARD + j], b[VISCOUS_BACKWARD + j]
     up, down = max(level * b[FORWARD + j] + added, 0.0), max(level * b[BACKWARD + j] + added, 0.0)
     return up, down, (forward if velocity >= 0.0 else backward) + b[DRAG + j] * speed
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _resist(b: Floats, lanes: int) -> None:
+def _resist(b: Floats, lanes: int, bent: bool) -> None:
     """Dry level each way and viscous coefficient at the estimated velocity; HELD acts whatever happens."""
     for j in range(lanes):
         velocity = 0.5 * (b[SPEED + j] + b[AHEAD + j])
-        up, down, viscous = _levels(b, j, velocity)
+        up, down, viscous = _levels(b, j, velocity, bent)
         b[VELOCITY + j] = velocity
         b[UP + j] = up
         b[DOWN + j] = down
@@ -275,11 +281,11 @@ def _solve_one(b: Floats, lanes: int, inverse_h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _begin_rigid(b: Floats, lanes: int, inverse_h: float) -> None:
+def _begin_rigid(b: Floats, lanes: int, inverse_h: float, bent: bool) -> None:
     """First stage of `step.advance_velocity` for a rigid machine, and the velocity that the laws of the second see."""
     for j in range(lanes):
         v, force, inertia = b[SPEED + j], _pushed(b, j), b[MASS + j] * inverse_h
-        up, down, viscous = _levels(b, j, v)
+        up, down, viscous = _levels(b, j, v, bent)
         half = 0.5 * viscous
         q = (inertia - half) * v + force
         ahead = (q - min(max(q, -down), up)) * (1.0 / (inertia + half))
@@ -290,11 +296,11 @@ def _begin_rigid(b: Floats, lanes: int, inverse_h: float) -> None:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _end_rigid(b: Floats, lanes: int, h: float, inverse_h: float) -> None:
+def _end_rigid(b: Floats, lanes: int, h: float, inverse_h: float, bent: bool) -> None:
     """The second stage, and all that `_move` does."""
     for j in range(lanes):
         v, force, inertia = b[SPEED + j], _pushed(b, j), b[MASS + j] * inverse_h
-        up, down, viscous = _levels(b, j, 0.5 * (v + b[AHEAD + j]))
+        up, down, viscous = _levels(b, j, 0.5 * (v + b[AHEAD + j]), bent)
         half = 0.5 * viscous
         inverse = 1.0 / (inertia + half)
         slide = ((inertia - half) * v + force - (up if v > 0.0 else -down)) * inverse
@@ -389,7 +395,8 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
         b: the block: rows as named in `laws.py`, then the effects' states and parameters. (rows * LANES,)
         laws: phase, address, first parameter, first state (offsets into `b`) of each law. (l, 4)
         structure: sum of `TWO_MASSES`, `WITH_BRISTLES`, `SWITCHED` (the force jumps within samples), `WITH_GAPS`,
-            `YIELDING` (bristles with a power of their own), and `LANES` or `HALF`.
+            `YIELDING` (bristles with a power of their own), `BENT_CURVE` (another exponent than 1 in eq. (1)), and
+            `LANES` or `HALF`.
         t: time since the start of the recording. [s]
         h: time to the next sample. [s]
         substeps: >= 1.
@@ -401,6 +408,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
         staged |= laws[i, 0] == TO_STAGE
         ages |= laws[i, 0] == AFTER
     lanes, gaps, yields = structure & (LANES | HALF), (structure & WITH_GAPS) != 0, (structure & YIELDING) != 0
+    bent = (structure & BENT_CURVE) != 0
     step = h / substeps
     inverse = 1.0 / step
     for i in range(substeps):
@@ -417,16 +425,25 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
         if not (two or bristles):
             if staged:
                 _dispatch(block, laws, TO_STAGE, middle, step)
-            _begin_rigid(block, lanes, inverse)
+            if bent:
+                _begin_rigid(block, lanes, inverse, True)
+            else:
+                _begin_rigid(block, lanes, inverse, False)
             if staged:
                 _dispatch(block, laws, TO_STAGE, middle, step)
-            _end_rigid(block, lanes, step, inverse)
+            if bent:
+                _end_rigid(block, lanes, step, inverse, True)
+            else:
+                _end_rigid(block, lanes, step, inverse, False)
         else:
             for _stage in range(2):
                 if staged:
                     _estimate(block, lanes)
                     _dispatch(block, laws, TO_STAGE, middle, step)
-                _resist(block, lanes)
+                if bent:
+                    _resist(block, lanes, True)
+                else:
+                    _resist(block, lanes, False)
                 if bristles:
                     _bristles(block, lanes, step, yields)
                 if two:

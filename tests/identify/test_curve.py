@@ -1,5 +1,6 @@
 """Friction that falls by another exponent than eq. (1) is taken into account, and is no effect."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,8 @@ from identify.mismatch.rules import told_elsewhere
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.effects.effect import Surroundings
+from plant.kernels.laws import AGAINST, LANES
+from plant.kernels.machine import BENT_CURVE, run
 from plant.machine import Plan
 from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
@@ -50,8 +53,8 @@ def test_it_is_no_name():
 def test_an_exponent_of_one_is_eq_1():
     plan = Plan(Surroundings.of(paper_axis()), (EXPONENT,))
     friction = np.array([[60.0], [90.0], [0.1], [180.0]])
-    assert plan.blocks(friction, np.array([[0.0]])).laws.shape == (0, 4)
-    assert plan.blocks(friction, np.array([[0.3]])).laws.shape == (1, 4)
+    assert plan.blocks(friction, np.array([[0.0]])).structure & BENT_CURVE == 0
+    assert plan.blocks(friction, np.array([[0.3]])).structure & BENT_CURVE
     assert BENDS[0] < 0.0 < BENDS[1]
 
 
@@ -100,3 +103,18 @@ def test_a_size_whose_interval_reaches_far_beyond_zero_is_not_known(interval, un
     """A healthy machine's friction was 1.9 kg of inertia, give or take 22.8."""
     size = Quantity(1.9, "kg", interval)
     assert effect_sizes.unknown(FoundEffect("inertia_error", 0.1, {"mass_error": size}, 1.0)) is unknown
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0, 3.0])
+def test_friction_falls_with_its_exponent(exponent):
+    """A mass that slides at 0.03 m/s under a force that just carries eq. (1) with that exponent keeps its speed."""
+    plan = Plan(Surroundings.of(paper_axis()), (EXPONENT,))
+    coulomb, static, stribeck, viscous, speed = 60.0, 90.0, 0.1, 180.0, 0.03
+    blocks = plan.blocks(np.array([[coulomb], [static], [stribeck], [viscous]]), np.log([[exponent]]))
+    blocks.place(0.0, speed, 0.0)
+    friction = coulomb + (static - coulomb) * math.exp(-((speed / stribeck) ** exponent)) + viscous * speed
+    drive = np.full((1, 2, 1), friction + blocks.get(AGAINST)[0])
+    out = np.empty((2, 3, LANES))
+    run(blocks.b[0], blocks.laws, blocks.structure, np.array([0.0, 0.01]), drive, 4, blocks.observed, out)
+    assert out[1, 1, 0] == pytest.approx(speed, rel=1e-9)
+    assert out[1, 2, 0] == pytest.approx(friction, rel=1e-9)
