@@ -237,6 +237,23 @@ def test_the_force_of_averaged_recordings_takes_a_mass_along_its_mean_positions(
     assert np.std(foretold(plain) - turns) > 0.25 * np.std(turns)
 
 
+@pytest.mark.parametrize("ratio", [2, 5, 10])
+def test_means_lie_where_the_axis_is_in_their_middle(ratio):
+    """Not h^2/24 times the acceleration beside it: friction turns with the motion, and that would be a gap."""
+    period, samples, pull = 1e-3, 4000, 5.0
+    t = np.arange(samples) * period
+    speed = 1.0 - np.abs((t % 2.0) - 1.0)  # of a slide that is pulled one way for a second, then the other
+    position = pull * np.where(t % 2.0 < 1.0, 0.5 * speed**2, 1.0 - 0.5 * speed**2)
+    mean = average_down(Piece(t, np.full(samples, pull), position, np.ones(samples, dtype=np.bool_)), ratio, held=True)
+    u = mean.t % 2.0
+    there = pull * np.where(u < 1.0, 0.5 * u**2, 1.0 - 0.5 * (2.0 - u) ** 2)
+    away = np.abs(u - 1.0) < 1.0 - 3.0 * ratio * period
+    away &= np.abs(u - 1.0) > 3.0 * ratio * period
+    assert np.abs(mean.position - there)[away].max() < 1e-12
+    plain = position[: len(mean.t) * ratio].reshape(-1, ratio).mean(axis=1)
+    assert np.abs(plain - there)[away].min() > 0.9 * pull * ((ratio * period) ** 2 - period**2) / 24.0
+
+
 @pytest.mark.parametrize("samples", [0, 1, 4, 5, 9, 10, 14, 15, 21])
 def test_a_piece_of_a_few_means_is_averaged_like_any_other(samples):
     """A piece of three samples between two faults ended a diagnosis."""
