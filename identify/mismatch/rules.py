@@ -261,8 +261,12 @@ def all_told(evidence: Comparison) -> float:
 
 
 def told_elsewhere(evidence: Comparison) -> bool:
-    """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little."""
-    return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
+    """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little.
+
+    Clearly better is enough where they tell more of it than those that it was fitted to, which tell it strongly.
+    """
+    better = CLEARLY if evidence.foreseen > -evidence.bic > -BIC_STRONG else DISTINCT
+    return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < better
 
 
 def foretold(evidence: Comparison) -> bool:

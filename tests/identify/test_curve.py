@@ -60,10 +60,19 @@ def test_an_exponent_of_one_is_eq_1():
 
 @pytest.mark.parametrize(
     ("foreseen", "z", "unseen", "told"),
-    [(400.0, 5.0, 0.3, True), (200.0, 5.0, 0.3, False), (400.0, 2.0, 0.3, False), (400.0, 5.0, 0.7, False)],
+    [(400.0, 5.0, 0.3, True), (200.0, 5.0, 0.3, False), (400.0, 2.0, 0.3, False), (400.0, 5.0, 0.65, False)],
 )
 def test_unseen_data_may_speak_for_what_fitted_ones_hardly_tell(foreseen, z, unseen, told):
     evidence = Comparison(-15.0, 1.0, -5.0, 1.0, unseen, foreseen, z)
+    assert told_elsewhere(evidence) is told
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "unseen", "told"), [(4114.0, 0.64, True), (4114.0, 0.75, False), (900.0, 0.64, False)]
+)
+def test_clearly_better_is_enough_where_unseen_data_tell_more_than_fitted_ones(foreseen, unseen, told):
+    """A viscous friction that differs by 1.3 % beside a ripple, which it was taken to mend."""
+    evidence = Comparison(-1092.0, 2.6, -612.0, 0.81, unseen, foreseen, 3.2)
     assert told_elsewhere(evidence) is told
 
 
