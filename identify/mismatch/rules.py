@@ -261,12 +261,14 @@ def all_told(evidence: Comparison) -> float:
 
 
 def told_elsewhere(evidence: Comparison) -> bool:
-    """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little.
+    """True where unseen data are so much likelier, and predicted so much better, that fitted ones need tell little."""
+    return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < DISTINCT
 
-    Clearly better is enough where they tell more of it than those that it was fitted to, which tell it strongly.
-    """
-    better = CLEARLY if evidence.foreseen > -evidence.bic > -BIC_STRONG else DISTINCT
-    return evidence.foreseen > CONVINCING and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < better
+
+def told_more_elsewhere(evidence: Comparison) -> bool:
+    """True where unseen data, clearly better predicted, tell more of it than fitted ones, which tell it strongly."""
+    more = evidence.foreseen > -evidence.bic > -BIC_STRONG and evidence.foreseen_z > FORESEEN_Z
+    return more and evidence.unseen < CLEARLY
 
 
 def foretold(evidence: Comparison) -> bool:

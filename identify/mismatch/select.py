@@ -39,6 +39,7 @@ from identify.mismatch.rules import (
     proven,
     refusal,
     told_elsewhere,
+    told_more_elsewhere,
 )
 from identify.preprocess import Samples
 
@@ -312,9 +313,9 @@ def _improves(evidence: Comparison, *, late: bool) -> bool:
 
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
     """Whether the step's evidence comes from where an effect acts, `near` (n,), if that is in few places."""
-    if near is None or near.mean() > FEW:
-        return step.evidence.z < Z and not told_elsewhere(step.evidence)
     told = step.evidence
+    if near is None or near.mean() > FEW:
+        return told.z < Z and not (told_elsewhere(told) or told_more_elsewhere(told))
     if told.z < Z_STRONG and not (foretold(told) and told.steady < BIC_STRONG) and not told_elsewhere(told):
         return True
     gained = step.fit.terms() - before.terms()

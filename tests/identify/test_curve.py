@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import conclusion, effect_sizes
+from identify.mismatch import conclusion, effect_sizes, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import FoundEffect, Quantity
-from identify.mismatch.rules import told_elsewhere
+from identify.mismatch.rules import told_elsewhere, told_more_elsewhere
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.effects.effect import Surroundings
@@ -73,7 +73,10 @@ def test_unseen_data_may_speak_for_what_fitted_ones_hardly_tell(foreseen, z, uns
 def test_clearly_better_is_enough_where_unseen_data_tell_more_than_fitted_ones(foreseen, unseen, told):
     """A viscous friction that differs by 1.3 % beside a ripple, which it was taken to mend."""
     evidence = Comparison(-1092.0, 2.6, -612.0, 0.81, unseen, foreseen, 3.2)
-    assert told_elsewhere(evidence) is told
+    assert told_more_elsewhere(evidence) is told
+    assert not told_elsewhere(evidence)
+    step = SimpleNamespace(evidence=evidence)
+    assert select._mends(step, None, None) is not told
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [(27.0, 0.61, False), (27.0, 0.4, True), (70.0, 0.61, True)])
