@@ -62,6 +62,7 @@ def test_frames_on_a_bus_become_an_alert(tmp_path):
     assert (counted["sent"], counted["lost"], counted["filled"]) == (2000 * BURSTS, 0, 0)
     assert result[0]["frames"]["unknown"] == result[0]["frames"]["wrong_length"] == 0
     assert verdicts(plant) == {"identified": BURSTS}
+    assert {one["verdict"] for one in ear.heard["parameters"]} == {"identified"}
     assert [alert["kind"] for alert in alerts] == ["wear"]
     assert ear.heard["status"][-1]["missing"] == 0
 
