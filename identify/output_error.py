@@ -18,7 +18,7 @@ from identify.criterion import FREE
 from identify.evolution import evolve
 from identify.genetic import GeneticSettings
 from identify.observer import gain_table
-from identify.polish import linearise, polish_all
+from identify.polish import linearise, polish_all, scatter
 from identify.problem import FrictionProblem
 from identify.search import SearchResult, finalists, genetic_search, losses_by_gain, with_start
 
@@ -68,8 +68,7 @@ def output_error_search(problem: FrictionProblem, rng: Generator, start: Floats 
 
 def _kicked(problem: FrictionProblem, x: Floats, rng: Generator) -> Floats:
     """Points some to very many standard deviations from x (size,), along the valley. (KICKS, size)"""
-    model = linearise(problem, x[None], FREE[:, None]).normal[0]
-    root = np.linalg.cholesky(np.linalg.pinv(model, hermitian=True) + 1e-16 * np.eye(len(x)))
+    root = scatter(linearise(problem, x[None], FREE[:, None]).normal[0])
     lengths = 10.0 ** rng.uniform(0.0, 2.0, size=(KICKS, 1))
     return np.clip(x + lengths * rng.normal(size=(KICKS, len(x))) @ root.T, *problem.bounds)
 

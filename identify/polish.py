@@ -153,6 +153,19 @@ def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
     return Linearised(x, np.where(usable, loss, np.inf), normal, downhill)
 
 
+def scatter(normal: Floats) -> Floats:
+    """Lower triangular root of the covariance that belongs to a normal matrix. (n, n)
+
+    What the data do not tell at all does not scatter. The root is that of Cholesky, which rounding can refuse.
+    """
+    value, vector = np.linalg.eigh(normal)
+    told = value > len(value) * np.finfo(np.float64).eps * float(np.abs(value).max())
+    upper = np.linalg.qr((vector[:, told] / np.sqrt(value[told])).T).R
+    root = np.zeros_like(normal)
+    root[:, : len(upper)] = (upper * np.where(np.diag(upper) < 0.0, -1.0, 1.0)[:, None]).T
+    return root
+
+
 def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> tuple[Floats, Floats, Floats]:
     """Sums of squares (k,), J'J (k, size, size) and -J'e (k, size) from the errors of k points and of their lanes."""
     k, p, size, lanes = len(sign), problem.p, problem.size, problem.p + 3

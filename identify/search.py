@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.genetic import GeneticAlgorithm, GeneticSettings
 from identify.observer import CORRELATION_TIMES, gain_table
-from identify.polish import SMALL_GAIN, Ends, linearise, polish_all
+from identify.polish import SMALL_GAIN, Ends, linearise, polish_all, scatter
 from identify.problem import FrictionProblem
 from identify.profile import SLOW, STRIBECK, same_friction
 
@@ -178,8 +178,7 @@ class _Homotopy:
 
     def kicked(self, x: Floats, index: int) -> Floats:
         """A point a few standard deviations from x (size,), and x with every run starting at rest. (2, size)"""
-        model = linearise(self.problem, x[None], self.gains[:, [index]]).normal[0]
-        root = np.linalg.cholesky(np.linalg.pinv(model, hermitian=True) + 1e-16 * np.eye(len(x)))
+        root = scatter(linearise(self.problem, x[None], self.gains[:, [index]]).normal[0])
         points = np.stack([x + KICK * root @ self.rng.normal(size=len(x)), x])
         points[1, self.problem.p + 1 :: 2] = -self.problem.first_state[:, 1] / self.problem.start_unit[1]
         return np.clip(points, *self.problem.bounds)

@@ -3,7 +3,7 @@ import pytest
 
 from identify.criterion import FREE
 from identify.observer import gain_table
-from identify.polish import linearise, polish, polish_all
+from identify.polish import linearise, polish, polish_all, scatter
 from identify.preprocess import prepare
 from identify.problem import FrictionProblem
 from identify.search import CLASSICAL
@@ -106,3 +106,21 @@ def test_a_race_ends_with_the_best_point_at_rest():
     race = polish_all(one, x, strong(one), 30, race=True)
     assert race.rested[race.best]
     assert race.evaluations <= polish_all(one, x, strong(one), 30).evaluations
+
+
+@pytest.mark.parametrize("known", [1e3, 5e14])
+def test_the_root_of_a_covariance_is_that_of_cholesky_and_none_is_refused(known):
+    """A lift had unknowns of 0.4 beside some of 5e14: rounding made their covariance indefinite, and Cholesky's fail."""
+    turned = np.linalg.qr(np.random.default_rng(3).normal(size=(7, 7))).Q
+    normal = turned @ np.diag(np.geomspace(0.4, known, 7)) @ turned.T
+    covariance = np.linalg.pinv(normal, hermitian=True)
+    root = scatter(normal)
+    assert np.array_equal(root, np.tril(root))
+    np.testing.assert_allclose(root @ root.T, covariance, atol=1e-9 * covariance.max())
+    if known < 1e4:
+        np.testing.assert_allclose(root, np.linalg.cholesky(covariance), rtol=1e-6, atol=1e-9)
+
+
+def test_what_nothing_tells_does_not_scatter():
+    normal = np.diag([4.0, 0.0, 25.0])
+    np.testing.assert_allclose(scatter(normal) @ scatter(normal).T, np.diag([0.25, 0.0, 0.04]), atol=1e-15)
