@@ -192,6 +192,12 @@ class Conclusion:
         told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]
         return any(one.foreseen > CONVINCING and foretold(one) and one.unseen < WORTH for one in told)
 
+    @property
+    def foretells_name(self) -> bool:
+        """Whether fitted data tell some effect strongly, and unseen ones clearly."""
+        told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]
+        return any(one.bic < BIC_STRONG and foretold(one) for one in told)
+
     @cached_property
     def error_left(self) -> float:
         """One-second error on unseen data that the names leave, over the baseline's. [1]."""
@@ -335,15 +341,17 @@ class Conclusion:
     def holds_beside(self, first: Conclusion) -> bool:
         """Whether names found with the roles of the recordings exchanged stand, where `first` found none.
 
-        What judges must clearly foretell them, in most places or where they leave little force, and be predicted so
-        much better; and where it was fitted `first`, nothing else may be so much more evident, nor they be too small or
-        too strange for their names.
+        What judges must clearly foretell them, in most places or where they leave little force or error, and be
+        predicted so much better; and where it was fitted `first`, nothing else may be so much more evident, nor they be
+        too small or too strange for their names.
         """
         names = self.said
         if self.verdict is not Verdict.EXPLAINED or not names or names <= first.outgrown:
             return False
         told = self._gained
-        if not foretold(told) and not (told.foreseen > FORESEEN and told.lacking < SOLVED):
+        solves = told.lacking < SOLVED or self.error_left < MUCH
+        solved = told.foreseen > CONVINCING and told.again > FORESEEN and solves
+        if not (foretold(told) or solved or (told.foreseen > FORESEEN and told.lacking < SOLVED)):
             return False
         opening = first.selection.opening
         ours = [step for step in opening if step.guise.name in names]
@@ -352,7 +360,6 @@ class Conclusion:
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
         better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH) or decided(told)
-        solved = told.foreseen > CONVINCING and told.again > FORESEEN and told.lacking < SOLVED
         hidden = most < LESSER * self._evidence  # a limit that was not reached has no evidence there
         hidden = hidden and (decided(told) or solved)
         return bool(better) and (hidden or own >= min(TIED_SHARE * most, most - ELSEWHERE))

@@ -122,13 +122,17 @@ def conclude(
     several = first.evidence.kind == "recording"
     hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
     parts = hinted or (first.torn and (first.spelled or not first.happened))
-    unpaid = several and not parts and first.unpaid
-    more = judged_by(Judges.PART) if parts or unpaid else first
-    if unpaid and (isinstance(more, Diagnosis) or not more.repeats(first)):
-        more = first
+    unpaid = not parts and first.unpaid
+    begun = not (several or first.recognised) and first.foretells_name
+    part = judged_by(Judges.PART) if parts or unpaid or begun else first
+    repeated = unpaid and not isinstance(part, Diagnosis) and part.repeats(first)
+    more = part if parts or repeated else first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
-    if not several or first.recognised or (explained and found.said != {STEP}):
+    if not several:
+        twice = None if explained or part is first or isinstance(part, Diagnosis) else told_twice(first, part)
+        return twice or found
+    if first.recognised or (explained and found.said != {STEP}):
         return found
     turned = judged_by(Judges.OTHERS)
     if isinstance(turned, Diagnosis):

@@ -32,7 +32,7 @@ def happened_once(found: Conclusion) -> Conclusion | None:
 
 
 def _stepped(found: Conclusion, number: int) -> Conclusion | None:
-    """The conclusion that friction stepped in the fitted recording of this `number`, or None."""
+    """The conclusion that friction stepped in the fitted recording of this `number`, more than slightly; or None."""
     evidence, place, length = following(found.evidence, number)
     before = found.selection.baseline
     baseline = dataclasses.replace(before, problem=before.problem.on(evidence.train, before.problem.first_state))
@@ -54,7 +54,7 @@ def _stepped(found: Conclusion, number: int) -> Conclusion | None:
     told = dataclasses.replace(
         found, evidence=evidence, setting=setting, selection=selection, plain=selection.baseline, told_twice=False
     )
-    return told if told.explains else None
+    return told if told.explains and not told.slight else None
 
 
 def _at(fitted: Fit, guise: Guise, moment: float) -> Fit:

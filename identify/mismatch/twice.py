@@ -1,5 +1,7 @@
 """A name that two recordings give, each fitted by itself: that stands in for agreement within one of them.
 
+Or both ends of a single recording, each predicted by what was fitted to the rest of it.
+
 A stop that is touched once a stroke has its evidence in few places of a recording, a gap whose state nobody knows
 makes every free run worse, a drag is hardly felt in the slower of two motions. Chance is small and in few places, too;
 but another recording does not have the same chance, of the same size at the same place. Each of the two is predicted
@@ -81,11 +83,14 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     """The one name that leads in two conclusions together, neither of which stands by itself; None where none is sure.
 
     Args:
-        first: fitted to the recordings before the last, which judges.
-        turned: with their roles exchanged.
+        first: fitted to the recordings before the last, which judges, or to the beginning of a single one.
+        turned: with their roles exchanged, or fitted to the end.
     """
     both = _leader(first, turned)
     if both is None or not _agree((first, turned), both.told):
+        return None
+    ends = first.evidence.kind == "time"  # which have most of a recording in common
+    if ends and any(map(_eclipsed, (first, turned), both.told)):
         return None
     found, step = min(zip((first, turned), both.told, strict=True), key=lambda one: one[1].evidence.unseen)
     named = dataclasses.replace(step, refused=None)
@@ -120,6 +125,12 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
             return None
     strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
     return None if any(strange) else leader
+
+
+def _eclipsed(found: Conclusion, step: Step) -> bool:
+    """Whether a conclusion is left with more evidence for something else than for a step, but for moments."""
+    left = [one.evidence for one in found.nameless if one.coordinate != "time"]
+    return max(left, default=0.0) > TIED_BIC - step.evidence.bic
 
 
 def _likeliest(found: Conclusion) -> dict[str, Step]:

@@ -1013,6 +1013,7 @@ def test_names_of_the_last_recording_hold_beside_what_the_others_say(gained, sha
 
 CHIRP = Comparison(-16261.0, 19.5, -14054.0, 0.22, 0.79, 5752.0, 10.2, again=4703.0, lacking=0.16)
 SHUTTLE = Comparison(-6820.0, 3.0, -4066.0, 0.45, 0.79, 471.0, 2.6, again=233.0, lacking=0.25)
+BELT = Comparison(-12202.0, 2.5, -5214.0, 0.72, 0.58, 461.0, 1.7, again=167.0, lacking=0.64)  # over a worn place, twice
 
 
 @pytest.mark.parametrize(
@@ -1024,6 +1025,9 @@ SHUTTLE = Comparison(-6820.0, 3.0, -4066.0, 0.45, 0.79, 471.0, 2.6, again=233.0,
         (SHUTTLE, 0.46, 140.0, {}, True),
         (SHUTTLE, 0.46, 300.0, {}, False),
         (SHUTTLE, 0.46, 140.0, {"again": 20.0}, False),
+        (BELT, 0.43, 242.0, {}, True),
+        (BELT, 0.55, 242.0, {}, False),
+        (BELT, 0.43, 242.0, {"again": 20.0}, False),
     ],
 )
 def test_a_limit_that_the_other_recordings_did_not_reach_has_no_evidence_there(told, left, most, changed, stands):

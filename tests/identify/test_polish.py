@@ -110,7 +110,7 @@ def test_a_race_ends_with_the_best_point_at_rest():
 
 @pytest.mark.parametrize("known", [1e3, 5e14])
 def test_the_root_of_a_covariance_is_that_of_cholesky_and_none_is_refused(known):
-    """A lift had unknowns of 0.4 beside some of 5e14: rounding made their covariance indefinite, and Cholesky's fail."""
+    """A lift had unknowns of 0.4 beside some of 5e14: rounding made the covariance indefinite, Cholesky gave up."""
     turned = np.linalg.qr(np.random.default_rng(3).normal(size=(7, 7))).Q
     normal = turned @ np.diag(np.geomspace(0.4, known, 7)) @ turned.T
     covariance = np.linalg.pinv(normal, hermitian=True)

@@ -78,32 +78,59 @@ def test_names_that_free_runs_do_not_pay_are_those_all_data_speak_for(evidence, 
     assert Conclusion.unpaid.fget(fake) is unpaid
 
 
+STAND_INS = {
+    "_known_before": lambda found: found, "gather": lambda *given: given[2].name, "carried": lambda *_: None,
+    "_moving": lambda recordings, _: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
+    "too_broken": lambda _: None, "told_twice": lambda *_: None, "happened_once": lambda _: None,
+}  # fmt: skip
+LOGGED = SimpleNamespace(loop="open", hold=None, t=np.arange(3.0))
+
+
+def concluded(judges, verdict, said, *, several=True, **changed):
+    """What is concluded where these judge."""
+    made = SimpleNamespace(
+        verdict=Verdict[verdict], said=said, judges=judges, torn=False, hinted=False, unpaid=False, slight=False,
+        recognised=False, spelled=True, confirmed=False, happened=False, foretells_name=False,
+        evidence=SimpleNamespace(kind="recording" if several else "time"),
+        selection=SimpleNamespace(steps=[]),
+        denies=lambda _: False, holds_beside=lambda _: False, confirms=lambda _: False,
+    )  # fmt: skip
+    made.repeats = lambda other: Conclusion.repeats(made, other)
+    for name, value in changed.items():
+        setattr(made, name, value)
+    return made
+
+
+@pytest.mark.parametrize("several", [True, False])
 @pytest.mark.parametrize(
     ("said", "verdict", "named"),
     [({"load"}, "EXPLAINED", True), ({"mass"}, "EXPLAINED", False), ({"load"}, "UNEXPLAINED", False)],
 )
-def test_the_end_of_the_last_recording_may_confirm_them(monkeypatch, said, verdict, named):
+def test_the_other_end_of_a_recording_may_confirm_them(monkeypatch, said, verdict, named, several):
     """Friction that grows with the force by 1.6 %: 1685 and 921, but 92 % of the error; of the end 1697, 937, 90 %."""
-
-    def concluded(_, judges, *__):
-        part = judges == "PART"
-        made = SimpleNamespace(
-            verdict=Verdict[verdict] if part else Verdict.UNEXPLAINED, said=said if part else {"load"}, torn=False,
-            hinted=False, unpaid=judges == "LAST", slight=False, recognised=False, spelled=True, confirmed=False,
-            denies=lambda _: False, evidence=SimpleNamespace(kind="recording"), judges=judges, happened=False,
-            holds_beside=lambda _: False, confirms=lambda _: False,
-        )  # fmt: skip
-        made.repeats = lambda other: Conclusion.repeats(made, other)
-        return made
-
-    stand_ins = {
-        "_selected": concluded, "_known_before": lambda found: found, "gather": lambda *given: given[2].name,
-        "_moving": lambda recordings, _: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
-        "too_broken": lambda _: None, "carried": lambda *_: None, "told_twice": lambda *_: None,
-        "happened_once": lambda _: None,
-    }  # fmt: skip
-    for name, stand_in in stand_ins.items():
+    found = {
+        "LAST": concluded("LAST", "UNEXPLAINED", {"load"}, several=several, unpaid=True),
+        "PART": concluded("PART", verdict, said, several=several),
+        "OTHERS": concluded("OTHERS", "UNEXPLAINED", {"load"}),
+    }
+    for name, stand_in in STAND_INS.items():
         monkeypatch.setattr(diagnosis, name, stand_in)
-    recordings = [SimpleNamespace(loop="open", hold=None, t=np.arange(3.0))] * 2
-    found = diagnosis.conclude(recordings, None)
-    assert found.judges == ("PART" if named else "LAST")
+    monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
+    assert diagnosis.conclude([LOGGED] * (1 + several), None).judges == ("PART" if named else "LAST")
+
+
+@pytest.mark.parametrize(
+    ("changed", "asked"),
+    [({}, True), ({"foretells_name": False}, False), ({"recognised": True}, False), ({"verdict": "EXPLAINED"}, False)],
+)
+def test_a_name_that_one_end_of_a_single_recording_foretells_is_asked_of_the_other(monkeypatch, changed, asked):
+    given = {"verdict": "NO_MISMATCH", "foretells_name": True, **changed}
+    found = {
+        "LAST": concluded("LAST", said=set(), several=False, **given),
+        "PART": concluded("PART", "NO_MISMATCH", set(), several=False),
+    }
+    for name, stand_in in STAND_INS.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
+    monkeypatch.setattr(diagnosis, "told_twice", lambda *both: both)
+    assert diagnosis.conclude([LOGGED], None) == ((found["LAST"], found["PART"]) if asked else found["LAST"])

@@ -35,7 +35,10 @@ def led_by(name="end_stop", second="rail_defect", behind=700.0, depends=None, **
             acting=5.0,
         ),
     ]
-    return SimpleNamespace(selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set(), said=set())
+    return SimpleNamespace(
+        selection=SimpleNamespace(aside=set(), opening=steps, steps=[]), outgrown=set(), said=set(),
+        evidence=SimpleNamespace(kind="recording"),
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -167,16 +170,19 @@ class Told:
     effects: tuple = ()
     outgrown: frozenset = frozenset()
     said: frozenset = frozenset()
+    evidence: SimpleNamespace = dataclasses.field(default_factory=lambda: SimpleNamespace(kind="recording"))
+    nameless: tuple = ()
 
 
-def named_by_both(left, effects=(), **changed):
+def named_by_both(left, effects=(), kind="recording", nameless=(), **changed):
     """What two conclusions give that are led by the same name and leave so much of the error."""
     both = []
     for _ in range(2):
         selection = led_by(**changed).selection
         leader = selection.opening[0]
         selection.baseline, selection.opening[0] = None, Leader(leader.guise, leader.evidence)
-        both.append(Told(selection, left, effects=effects))
+        evidence = SimpleNamespace(kind=kind)
+        both.append(Told(selection, left, effects=effects, evidence=evidence, nameless=nameless))
     return twice.told_twice(*both)
 
 
@@ -200,6 +206,21 @@ def test_a_drag_that_predicts_no_better_is_a_curve_of_friction(sized):
     assert named_by_both(0.83, unseen=1.01, **told) is None
     assert named_by_both(0.83, unseen=0.84, **told) is not None
     assert named_by_both(1.01, unseen=1.01, **{**told, "name": "end_stop"}) is not None
+
+
+@pytest.mark.parametrize(
+    ("kind", "where", "evidence", "named"),
+    [
+        ("time", "torque", 1930.0, False),
+        ("time", "torque", 1920.0, True),  # perhaps the name itself
+        ("time", "time", 9000.0, True),
+        ("recording", "torque", 9000.0, True),
+    ],
+)
+def test_two_ends_of_a_recording_need_a_name_that_nothing_outdoes(sized, kind, where, evidence, named):
+    """Friction that grew while braking was a mass at both ends, with 675 and 733; what is left by torque had 983."""
+    left = SimpleNamespace(coordinate=where, evidence=evidence)
+    assert (named_by_both(0.7, kind=kind, nameless=(left,)) is not None) is named
 
 
 def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
