@@ -89,11 +89,15 @@ def conclude(
     """As `diagnose`, but not yet written up; a diagnosis only where the recordings cannot tell."""
     if not recordings:
         raise InputError("no recording to diagnose: give one, or list [[recording]] in the axis file")
+    ready = []
     for recording in recordings:
-        reason = unusable(recording, axis) or too_broken(prepare(recording, axis))
+        reason = unusable(recording, axis)
+        if reason is None:
+            ready.append(prepare(recording, axis))
+            reason = too_broken(ready[-1])
         if reason is not None:
             return _insufficient(recordings, axis, seed, f"{recording.source or 'recording'}: {reason}")
-    recordings, still = _moving(recordings, axis)
+    recordings, still = _moving(recordings, ready, axis)
     doubtful = all(
         recording.loop == "closed" and recording.hold in (TorqueHold.HOLD, TorqueHold.UNKNOWN)
         for recording in recordings
@@ -130,8 +134,9 @@ def conclude(
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several:
-        twice = None if explained or part is first or isinstance(part, Diagnosis) else told_twice(first, part)
-        return twice or found
+        if explained or not begun or isinstance(part, Diagnosis):
+            return found
+        return told_twice(first, part) or found
     if first.recognised or (explained and found.said != {STEP}):
         return found
     turned = judged_by(Judges.OTHERS)
@@ -147,12 +152,14 @@ def conclude(
     return twice or happened_once(first) or happened_once(turned) or found
 
 
-def _moving(recordings: Sequence[Recording], axis: Axis) -> tuple[Sequence[Recording], tuple[str, ...]]:
+def _moving(
+    recordings: Sequence[Recording], ready: Sequence[Samples], axis: Axis
+) -> tuple[Sequence[Recording], tuple[str, ...]]:
     """The recordings in which the axis moves, and what is said of the others; all, where none of a state is left.
 
     One that stays where it is tells nothing of friction, and must not be all that is fitted, or all that judges.
     """
-    said = [_hardly_moves(prepare(recording, axis), axis) for recording in recordings]
+    said = [_hardly_moves(samples, axis) for samples in ready]
     for before in (True, False):
         state = [why for why, r in zip(said, recordings, strict=True) if (r.note.strip() == "commissioning") is before]
         if state and None not in state:

@@ -417,7 +417,8 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
         bare = SimpleNamespace(dry_level=10.0)
         made = SimpleNamespace(
             verdict=verdict, selection=SimpleNamespace(steps=steps), bare=bare, torn=True, spelled=False,
-            happened=False, confirmed=False, hinted=False, denies=lambda _: False,
+            happened=False, confirmed=False, hinted=False, recognised=False, foretells_name=False, unpaid=False,
+            denies=lambda _: False,
             evidence=SimpleNamespace(kind="time"), said={one.guise.name for one in steps},
         )  # fmt: skip
         made.slight = Conclusion.slight.fget(made)
@@ -425,7 +426,7 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
 
     stand_ins = {
         "_selected": concluded, "_known_before": lambda found: found, "gather": lambda *given: given[2].name,
-        "_moving": lambda recordings, _: (recordings, ()),
+        "_moving": lambda recordings, *_: (recordings, ()),
         "unusable": lambda *_: None, "prepare": lambda *_: None, "too_broken": lambda _: None,
     }  # fmt: skip
     for name, stand_in in stand_ins.items():

@@ -11,6 +11,7 @@ from identify.mismatch.compare import Comparison
 from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.data import gather
 from identify.mismatch.result import Verdict
+from identify.preprocess import prepare
 from plant.axis_file import read_axis
 from plant.recording_files import read_recording_entry
 from tests.reference.cases import CaseSpec, draw_case, write_case
@@ -35,12 +36,16 @@ def stuck(recording, at=80):
     return replace(recording, position=position, velocity=None)
 
 
+def moving(recordings, axis):
+    return diagnosis._moving(recordings, [prepare(recording, axis) for recording in recordings], axis)
+
+
 def test_one_in_which_the_axis_hardly_moves_is_set_aside_and_said_to_be(lively):
     """A linear motor that stood in the first of two recordings had `insufficient_data`, the second told it all."""
     axis, (one, two) = lively
     held = stuck(one)
-    assert diagnosis._moving([one, two], axis) == ([one, two], ())
-    kept, said = diagnosis._moving([held, two], axis)
+    assert moving([one, two], axis) == ([one, two], ())
+    kept, said = moving([held, two], axis)
     assert kept == [two]
     assert len(said) == 1
     assert "set aside: only" in said[0]
@@ -52,7 +57,7 @@ def test_nothing_is_set_aside_where_none_of_its_state_would_be_left(lively):
     axis, (one, two) = lively
     before, today = replace(one, note="commissioning"), replace(stuck(two), note="today")
     for recordings in ([stuck(one), stuck(two)], [before, today], [stuck(one)]):
-        assert diagnosis._moving(recordings, axis) == (recordings, ())
+        assert moving(recordings, axis) == (recordings, ())
 
 
 def told(evidence, **other):
@@ -80,7 +85,7 @@ def test_names_that_free_runs_do_not_pay_are_those_all_data_speak_for(evidence, 
 
 STAND_INS = {
     "_known_before": lambda found: found, "gather": lambda *given: given[2].name, "carried": lambda *_: None,
-    "_moving": lambda recordings, _: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
+    "_moving": lambda recordings, *_: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
     "too_broken": lambda _: None, "told_twice": lambda *_: None, "happened_once": lambda _: None,
 }  # fmt: skip
 LOGGED = SimpleNamespace(loop="open", hold=None, t=np.arange(3.0))
