@@ -415,10 +415,10 @@ class Conclusion:
     @cached_property
     def torn(self) -> bool:
         """Whether one model, fitted to what was fitted, fails on held-out data that it fits if it may."""
-        return self._astray > TORN
+        return self.astray > TORN
 
     @cached_property
-    def _astray(self) -> float:
+    def astray(self) -> float:
         """One-second error of the everyday model on held-out data over that of the same fitted to them. [1]"""
         return self.held_out(self.everyday) / max(self.own, 1e-300)
 
@@ -458,7 +458,7 @@ class Conclusion:
     @property
     def _strayed(self) -> list[Structure]:
         """The rest of a recording, where it is not as what was fitted of it would have it."""
-        return self.remains.strayed(self._astray) if self.evidence.kind == "time" else []
+        return self.remains.strayed(self.astray) if self.evidence.kind == "time" else []
 
     @cached_property
     def verdict(self) -> Verdict:
