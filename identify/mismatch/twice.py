@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+from identify.mismatch.compare import ONCE
 from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
@@ -23,6 +24,7 @@ from identify.mismatch.rules import (
     FORESEEN_Z,
     KNOWN,
     TIED_BIC,
+    TIED_SHARE,
     Step,
     agreed,
     lasting,
@@ -107,7 +109,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     """What all data of both together make far likelier than any other name on top of the baseline; or None.
 
     Physics in no catalogue must only be less likely, unless it clearly predicts better: some of it acts in one place,
-    and so does what is asked for here.
+    and so does what is asked for here. But what is far behind something else in both, when fitted, is part of that.
     """
     if any(found.selection.aside or not found.selection.opening for found in (first, turned)):
         return None
@@ -123,8 +125,19 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
         stranger = any(step.guise.depends is not None for step in rival.told)
         if not stranger or rival.left < BY_A_TENTH * leader.left:
             return None
+    if all(map(_far_behind, (first, turned), leader.steps)):
+        return None
     strange = (misplacement(step.fit, step.guise, step.evidence, step.acting, twice=True) for step in leader.told)
     return None if any(strange) else leader
+
+
+def _far_behind(found: Conclusion, step: Step | None) -> bool:
+    """Whether fitted data tell something else far better than a step, but for what happens in time."""
+    lasting_ones = [
+        one for one in found.selection.opening if one.guise.name not in ONCE and one.guise.depends != "time"
+    ]
+    most = max((-one.evidence.bic for one in lasting_ones), default=0.0)
+    return step is None or -step.evidence.bic < TIED_SHARE * most
 
 
 def _eclipsed(found: Conclusion, step: Step) -> bool:

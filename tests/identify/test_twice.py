@@ -209,6 +209,25 @@ def test_a_drag_that_predicts_no_better_is_a_curve_of_friction(sized):
 
 
 @pytest.mark.parametrize(
+    ("second", "most", "leads"),
+    [
+        ("level_ripple", (1751.0, 4548.0), False),
+        ("level_ripple", (1751.0, 3400.0), True),  # near the most in one of them
+        ("step_change", (1751.0, 4548.0), True),  # friction that wanders in time wanders in any
+    ],
+)
+def test_what_is_far_behind_something_else_in_both_is_part_of_it(sized, second, most, leads):
+    """A guide whose friction varied by 2.7 % had an eccentricity; a rippling level that unseen data denied had more."""
+    both = []
+    for bic, foreseen, of, more in zip((-361.0, -2052.0), (1671.0, 127.0), (7.3, 0.1), most, strict=True):
+        found = led_by("pulley_eccentricity", second, bic=bic, foreseen=foreseen, foreseen_z=of)
+        other = found.selection.opening[1]
+        other.evidence = dataclasses.replace(other.evidence, bic=-more, foreseen=-3000.0)
+        both.append(found)
+    assert (twice._leader(*both) is not None) is leads
+
+
+@pytest.mark.parametrize(
     ("kind", "where", "evidence", "named"),
     [
         ("time", "torque", 1930.0, False),
