@@ -125,6 +125,14 @@ def unexplained(latent: Quantity, location: Location | None, like: str = "") -> 
     return f"{text} Something like {STRANGE.get(like, like)} would explain it." if like else text
 
 
+def constant(value: float, half: float, dry: float, unit: str) -> str:
+    """A constant force `value` with the `half` of its interval beside the `dry` friction [unit], and what it may be."""
+    return (
+        f" The model has a constant force of {value:.3g} {unit} (95 %: ± {half:.1g}), {100 * abs(value) / dry:.0f} % of"
+        " the dry friction: a tilt, an offset, friction that differs with the direction: alike while the axis slides."
+    )
+
+
 def denied(name: str, bent: str) -> str:
     """What is like the effect `name` but for how its curve is `bent`."""
     return f"{PLAIN.get(name, name)}, but {bent},"

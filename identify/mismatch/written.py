@@ -21,7 +21,7 @@ from identify.mismatch.pictures import pictures_of
 from identify.mismatch.progress import Doing, Stage
 from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, Pair, Quantity, Verdict
 from identify.mismatch.rivals import rivals_of, still_tied
-from identify.mismatch.rules import BRISTLES
+from identify.mismatch.rules import BRISTLES, SAME, constant_of
 
 CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
 EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
@@ -30,6 +30,7 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 POOLED = "{}: its sizes are the means of what fitted and unseen data tell; the fitted ones alone might do without it"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 SURELY = 6.0  # standard errors of a constant force, which no step found
+NOTABLE, KNOWN = 0.03, 0.5  # of the dry friction, of itself: a constant force that is told, its half-width at most
 
 
 def written(found: Conclusion) -> Diagnosis:
@@ -57,6 +58,7 @@ def written(found: Conclusion) -> Diagnosis:
         explanation = words.unexplained(remaining, location, nameless[0].like if nameless else "")
     else:
         explanation = words.nothing_missing(remaining, hidden)
+    explanation += _free_constant(shown, effects)
     wanted = [COORDINATE.get(effect.name, "time") for effect in effects]
     if location is not None:
         wanted += [location.coordinate, *location.alternatives]
@@ -101,6 +103,19 @@ def written(found: Conclusion) -> Diagnosis:
             {effect.name for effect in effects},
         ),
     )
+
+
+def _free_constant(fitted: Fit, effects: tuple[FoundEffect, ...]) -> str:
+    """What is said of a constant force that the baseline may have, where no weight tells what is ordinary; or nothing.
+
+    Several effects are no more than that while the axis slides; beside one of them, or a spring, which holds it in its
+    rest position, nothing is said.
+    """
+    if fitted.problem.axis.mechanics.weight != 0.0 or {*SAME, "position_spring"} & {one.name for one in effects}:
+        return ""
+    value, half = constant_of(fitted)
+    told = half < KNOWN * abs(value) and abs(value) > NOTABLE * fitted.dry_level
+    return words.constant(value, half, fitted.dry_level, fitted.problem.axis.force_unit) if told else ""
 
 
 def _shown(found: Conclusion, chosen: Fit) -> Fit:

@@ -1,6 +1,7 @@
 """The diagnosis: the same law in simulator and fitter, names that are right, silence where nothing is hidden."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from identify.problem import FrictionProblem
 from plant.axis_file import read_axis
 from plant.effects import CATALOGUE, find
 from plant.recording_files import read_recording_entry
+from tests.identify.small_machine import AXIS, driven, dry
 from tests.identify.studies.promises import answer, spec_of, with_effect
 from tests.reference.cases import CaseSpec, draw_case, write_case
 
@@ -308,3 +310,15 @@ def test_the_json_has_every_entry_of_the_contract(tmp_path):
         "remaining_force", "detectable", "changes", "next_experiment", "explanation", "schema_version",
     }  # fmt: skip
     assert contract <= set(entries)
+
+
+@pytest.mark.parametrize(("pull", "told"), [(1.5, True), (-1.5, True), (0.2, False)])
+def test_a_constant_force_that_the_baseline_may_have_is_told(pull, told):
+    """A cable that pulls one way, a tilt, an asymmetry: the axis slides on all of them alike."""
+    found = diagnose([driven(5, lambda _, __, v: (dry(v), pull), 12.0)], AXIS)
+    assert found.verdict is Verdict.NO_MISMATCH
+    said = re.search(r"constant force of (\S+) N \(95 %: ± (\S+)\), 8 % of the dry friction", found.explanation)
+    assert bool(said) is told
+    if told:
+        value, half = map(float, said.groups())
+        assert abs(value - pull) < half < 0.2
