@@ -341,7 +341,7 @@ def _refusal(fitted: Fit, guise: Guise, evidence: Comparison, acting: float) -> 
     refused = refusal(fitted, guise, evidence, acting)
     if refused not in (None, NO_NAME):
         return refused
-    return wanders(fitted, guise, all_told(evidence), proven=proven(evidence)) or refused
+    return wanders(fitted, guise, all_told(evidence), acting, proven=proven(evidence)) or refused
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:

@@ -10,13 +10,14 @@ from identify.mismatch.locate import coordinates
 from identify.mismatch.nameless import gain_of_one
 from identify.mismatch.probes import View
 
-STEP = "step_change"
+STEP, WARMTH = "step_change", "thermal_drift"
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another step has this much, friction wanders
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 LEAST = 0.035  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
+MOODS = 0.02  # of the dry friction: what falls by less while a recording lasts is how friction is just then
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 PLACE = "rail_defect"
 SPOTS = 60  # on the travel, at which one more is tried
@@ -26,7 +27,7 @@ ALIKE = 0.12  # of a faint place's evidence: if another one has this much, frict
 APART = 2.0  # widths of both between them
 
 
-def wanders(fitted: Fit, guise: Guise, evidence: float, *, proven: bool) -> str | None:
+def wanders(fitted: Fit, guise: Guise, evidence: float, acting: float, *, proven: bool) -> str | None:
     """Why a change in time is no event of its own, or None.
 
     What leaves hardly any error of unseen data happens in them at the same moment: no friction wanders twice alike.
@@ -35,6 +36,7 @@ def wanders(fitted: Fit, guise: Guise, evidence: float, *, proven: bool) -> str 
         fitted: the model with the change.
         guise: the effect, or physics in no catalogue; what does not happen in time never wanders.
         evidence: of fitted and of unseen data for the change, > 0. [1]
+        acting: force of the change, where it acts. [N]
         proven: whether unseen data foretell it, and leave hardly any error.
     """
     name = guise.name
@@ -42,6 +44,8 @@ def wanders(fitted: Fit, guise: Guise, evidence: float, *, proven: bool) -> str 
         return None
     if name == STEP and abs(_value(fitted, "step")) < LEAST * fitted.dry_level:
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
+    if name == WARMTH and acting < MOODS * fitted.dry_level:
+        return f"a warmth of {acting:.2g} is no more than friction wanders by"
     view = View.of(fitted, fitted.found.gain)
     samples = view.foreseen()
     first, last = float(samples.t.min()), float(samples.t.max())

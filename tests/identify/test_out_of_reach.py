@@ -190,8 +190,20 @@ def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
     step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
     bare = fit_baseline(samples, AXIS, 0)
     problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
-    reason = wanders(fit(problem, x), step, 100.0, proven=proven)
+    reason = wanders(fit(problem, x), step, 100.0, 6.0, proven=proven)
     assert (reason is not None and reason.startswith(OTHERS)) is told
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.013, True), (0.025, False)])
+def test_a_warmth_that_is_a_mood_of_friction_is_none(share, told):
+    """A healthy axis had one of 1.3 % of its dry friction, with a fifth of the error left; true ones had more."""
+    samples = prepare(driven(1, lambda t, y, v: (dry(v), 0.0), 8.0), AXIS)
+    warmth = guises({"thermal_drift": find("thermal_drift")}, setting(AXIS, duration=8.0, mass=MASS))[0]
+    bare = fit_baseline(samples, AXIS, 0)
+    problem, x = extend(bare, warmth, warmth.starts[:1])
+    warm = Fit(problem, replace(bare.found, x=x[0]))
+    reason = wanders(warm, warmth, 100.0, share * warm.dry_level, proven=True)
+    assert (reason is not None and "no more than friction wanders by" in reason) is told
 
 
 @pytest.mark.parametrize("wandering", [False, True])
