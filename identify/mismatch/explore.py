@@ -333,10 +333,10 @@ def weighed(current: Fit, richer: Fit, guise: Guise, unseen: Samples) -> Step:
     """What the richer model's `guise` is worth on top of `current`."""
     force, acting = effect_force(richer.problem, richer.x, guise)
     evidence = compare(current, richer, unseen)
-    return Step(richer, guise, evidence, force, _refusal(richer, guise, evidence, acting), acting)
+    return Step(richer, guise, evidence, force, reason_against(richer, guise, evidence, acting), acting)
 
 
-def _refusal(fitted: Fit, guise: Guise, evidence: Comparison, acting: float) -> str | None:
+def reason_against(fitted: Fit, guise: Guise, evidence: Comparison, acting: float) -> str | None:
     """Why the effect does not earn its name, or is no event of its own; or None."""
     refused = refusal(fitted, guise, evidence, acting)
     if refused not in (None, NO_NAME):
@@ -367,7 +367,7 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
     if step.fit.problem.p <= poorer.problem.p:
         return step
     evidence = compare(poorer, step.fit, unseen)
-    return replace(step, evidence=evidence, refused=_refusal(step.fit, step.guise, evidence, step.acting))
+    return replace(step, evidence=evidence, refused=reason_against(step.fit, step.guise, evidence, step.acting))
 
 
 def _first_look(

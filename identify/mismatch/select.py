@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from identify.mismatch.bends import bend
 from identify.mismatch.compare import Comparison, Fit, compare, fit, trimmed
 from identify.mismatch.curve import CURVE
-from identify.mismatch.explore import REFITS, explore
+from identify.mismatch.explore import REFITS, explore, reason_against
 from identify.mismatch.guise import Guise
 from identify.mismatch.inverse import Bools, acting
 from identify.mismatch.progress import Stage, Tell, unheard
@@ -37,7 +37,6 @@ from identify.mismatch.rules import (
     other_curve,
     price,
     proven,
-    refusal,
     told_elsewhere,
     told_more_elsewhere,
 )
@@ -213,9 +212,10 @@ def _around(first: Selection, search: Search) -> Selection:
         begun = Selection.beginning(step, first.baseline, first.opening)
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
-        fits = refusal(found.chosen, kept.guise, kept.evidence, kept.acting) is None
         other = len(found.steps) > 1 or kept.guise.name != step.guise.name or bool(found.aside)
-        if other and fits and cost(found.chosen) < likeliest - TIED_BIC:
+        if not other or cost(found.chosen) > likeliest - TIED_BIC:
+            continue
+        if reason_against(found.chosen, kept.guise, kept.evidence, kept.acting) is None:
             return found
     return first
 

@@ -225,7 +225,7 @@ def test_a_torque_constant_that_fades_is_none_of_many_changes(monkeypatch, wande
     (step,) = [one for one in steps if one.guise.name == fading.name]
     assert step.evidence.bic < -100.0
     monkeypatch.setattr(explore, "refusal", lambda *_: NO_NAME)  # as it is where blocks and unseen data agree
-    reason = explore._refusal(step.fit, fading, step.evidence, step.acting)
+    reason = explore.reason_against(step.fit, fading, step.evidence, step.acting)
     assert (reason.startswith(OTHERS), reason == NO_NAME) == (wandering, not wandering)
 
 

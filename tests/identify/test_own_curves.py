@@ -294,7 +294,7 @@ def test_a_stranger_keeps_no_two_names_apart_of_which_one_predicts_as_well_and_i
     """A spring with play left .06, a spring .08 and was likelier by 543; with friction that grows with load, .03."""
     pair = [step("position_spring", -3407.0), step("load_dependent_friction", -8238.0)]
     monkeypatch.setattr(select, "_forward", lambda begun, *_: replace(begun, steps=pair, chosen=-11645.0))
-    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    monkeypatch.setattr(select, "reason_against", lambda *_: None)
     strange = step("spring_with_play", -2864.0, NO_NAME, unseen=0.06, foreseen=3660.0)
     spring = step("position_spring", -3407.0, unseen=0.08, foreseen=3599.0)
     first = Selection(None, None, opening=[spring, strange])
@@ -306,7 +306,7 @@ def test_a_stranger_keeps_no_two_names_apart_of_which_one_predicts_as_well_and_i
 def test_a_detour_begins_with_the_likeliest_name_and_with_no_stranger(priced, monkeypatch):
     tried = []
     monkeypatch.setattr(select, "_forward", lambda begun, *_: tried.append(begun.steps[0].guise.name) or begun)
-    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    monkeypatch.setattr(select, "reason_against", lambda *_: None)
     swinging = replace(step("swinging_load", -900.0, "predictions do not improve"), guise=step("x", 0.0, NO_NAME).guise)
     soft = step("transmission_compliance", -1413.0, "one-second predictions do not improve")
     opening = [soft, swinging, step("backlash", -287.0, "the same"), step("position_spring", -242.0)]
@@ -366,7 +366,7 @@ def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likel
     """A notch in a pulley: likelier by 10066 than friction alone, eccentricity and ripple by 2351 at most."""
     tried = []
     monkeypatch.setattr(select, "_forward", lambda begun, *_: tried.append(begun) or begun)
-    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    monkeypatch.setattr(select, "reason_against", lambda *_: None)
     for evidence, detours in ((-10066.0, 0), (-3000.0, 1)):
         opening = [step("sector_push", evidence, NO_NAME), step("torque_ripple", -2351.0)]
         select._around(Selection(None, None, opening=opening), nothing())
@@ -387,7 +387,7 @@ def test_a_name_that_alone_was_less_likely_than_a_stranger_is_the_answer(priced,
     monkeypatch.setattr(
         select, "_forward", lambda begun, *_: replace(begun, steps=[step(found, -5300.0)], chosen=chosen)
     )
-    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    monkeypatch.setattr(select, "reason_against", lambda *_: None)
     opening = [step("frictional_lag", -3378.0, NO_NAME), step("torque_saturation", -2586.0)]
     answer = select._around(Selection(None, None, opening=opening), nothing())
     assert [one.guise.name for one in answer.steps] == ([found] if named else [])
@@ -477,7 +477,7 @@ def test_what_has_no_slope_is_fitted_where_its_first_look_is_still_under_way(mon
 def test_a_detour_fits_only_what_could_lead_past_what_is_likelier(priced, monkeypatch):
     asked = []
     monkeypatch.setattr(select, "_forward", lambda begun, _, least: asked.append(least) or begun)
-    monkeypatch.setattr(select, "refusal", lambda *_: None)
+    monkeypatch.setattr(select, "reason_against", lambda *_: None)
     opening = [step("sector_push", -3000.0, NO_NAME), step("torque_ripple", -2351.0)]
     select._around(Selection(None, None, opening=opening), nothing())
     assert asked == [3000.0 - 2351.0 + TIED_BIC]
