@@ -314,6 +314,16 @@ def test_a_detour_begins_with_the_likeliest_name_and_with_no_stranger(priced, mo
     assert tried == ["position_spring", "transmission_compliance"]
 
 
+@pytest.mark.parametrize(("against", "taken"), [(None, True), ("no more than friction wanders by", False)])
+def test_a_detour_is_put_to_every_test_that_a_first_name_is_put_to(priced, monkeypatch, against, taken):
+    """A warmth of 1.3 % of the dry friction was refused, and named with a stiction that was found on top of it."""
+    pair = [step("thermal_drift", -1160.0), step("dwell_time_stiction", -1066.0)]
+    monkeypatch.setattr(select, "_forward", lambda begun, *_: replace(begun, steps=pair, chosen=-2226.0))
+    monkeypatch.setattr(select, "reason_against", lambda *_: against)
+    first = Selection(None, None, opening=[step("thermal_drift", -1160.0, against)])
+    assert (select._around(first, nothing()) is first) is not taken
+
+
 def test_a_name_whose_shape_differs_a_little_is_no_stranger(priced):
     """A train case: a spring had 1517 and 1512 of unseen data, the same with 4 mm of play 6 and 36 more."""
     spring = step("position_spring", -1517.0, unseen=0.518, foreseen=1512.0)
