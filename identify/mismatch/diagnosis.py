@@ -134,7 +134,7 @@ def conclude(
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several:
-        if explained or not begun or isinstance(part, Diagnosis):
+        if explained or first.recognised or part is first or isinstance(part, Diagnosis):
             return found
         return told_twice(first, part) or found
     if first.recognised or (explained and found.said != {STEP}):
