@@ -189,14 +189,13 @@ class Conclusion:
     @property
     def hinted(self) -> bool:
         """Whether unseen data would tell an effect of which the fitted ones know nothing: at another speed or load."""
-        told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]
+        told = _of_names(self.selection.opening)
         return any(one.foreseen > CONVINCING and foretold(one) and one.unseen < WORTH for one in told)
 
     @property
     def foretells_name(self) -> bool:
         """Whether fitted data tell some effect strongly, and unseen ones clearly."""
-        told = [step.evidence for step in self.selection.opening if not step.misplaced and step.guise.depends is None]
-        return any(one.bic < BIC_STRONG and foretold(one) for one in told)
+        return any(one.bic < BIC_STRONG and foretold(one) for one in _of_names(self.selection.opening))
 
     @cached_property
     def error_left(self) -> float:
@@ -631,3 +630,8 @@ def _foretells(told: Comparison) -> bool:
 def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
     """Whether two intervals have a point in common."""
     return one[0] <= other[1] and other[0] <= one[1]
+
+
+def _of_names(steps: list[Step]) -> list[Comparison]:
+    """Evidence of those steps that may be called what they are: no physics in no catalogue, nothing odd."""
+    return [step.evidence for step in steps if not step.misplaced and step.guise.depends is None]

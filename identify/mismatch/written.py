@@ -10,6 +10,7 @@ from identify.mismatch.alternatives import alternatives_of
 from identify.mismatch.changes import changes_since
 from identify.mismatch.compare import Fit
 from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.constant import OFFSET_KNOWN
 from identify.mismatch.curve import CURVE
 from identify.mismatch.detect import detectable
 from identify.mismatch.effect_sizes import taken_into_account
@@ -30,7 +31,7 @@ BENT = "{} has not quite the catalogue's curve, which was left free to bend: tak
 POOLED = "{}: its sizes are the means of what fitted and unseen data tell; the fitted ones alone might do without it"
 RIVAL = 0.8  # of the best evidence: coordinates this close are named too
 SURELY = 6.0  # standard errors of a constant force, which no step found
-NOTABLE, KNOWN = 0.03, 0.5  # of the dry friction, of itself: a constant force that is told, its half-width at most
+NOTABLE = 0.03  # of the dry friction: a constant force that is told
 
 
 def written(found: Conclusion) -> Diagnosis:
@@ -114,7 +115,7 @@ def _free_constant(fitted: Fit, effects: tuple[FoundEffect, ...]) -> str:
     if fitted.problem.axis.mechanics.weight != 0.0 or {*SAME, "position_spring"} & {one.name for one in effects}:
         return ""
     value, half = constant_of(fitted)
-    told = half < KNOWN * abs(value) and abs(value) > NOTABLE * fitted.dry_level
+    told = half < OFFSET_KNOWN * abs(value) and abs(value) > NOTABLE * fitted.dry_level
     return words.constant(value, half, fitted.dry_level, fitted.problem.axis.force_unit) if told else ""
 
 
