@@ -187,13 +187,36 @@ def _normal_equations(problem: FrictionProblem, error: Floats, sign: Floats) -> 
 
 
 def _step(problem: FrictionProblem, now: Linearised, damping: Floats, pinned: int | slice | None) -> Floats:
-    """Where a damped Gauss-Newton step ends; unknowns that a bound holds back stay where they are. (k, size)"""
+    """Where a damped Gauss-Newton step ends, within bounds. (k, size)
+
+    Unknowns that a bound holds back stay where they are. What would pass one stops there, first come, first held, and
+    the others go on to where it is best then: every part of the way goes downhill. (A step that is cut off afterwards
+    may promise less than nothing, and a polish that has hardly begun rests.)
+    """
     low, high = problem.bounds
     free = ~(((now.x <= low) & (now.downhill < 0)) | ((now.x >= high) & (now.downhill > 0)))
     if pinned is not None:
         free[:, pinned] = False
-    normal = np.where(free[:, :, None] & free[:, None, :], now.normal, 0.0)
-    index = np.arange(problem.size)
-    normal[:, index, index] = np.where(free, normal[:, index, index] * (1.0 + damping[:, None]), 1.0)
-    steps = np.linalg.solve(normal, np.where(free, now.downhill, 0.0)[..., None])[..., 0]
-    return np.clip(now.x + steps, low, high)
+    normal, index = now.normal.copy(), np.arange(problem.size)
+    normal[:, index, index] *= 1.0 + damping[:, None]
+    x, rows = now.x, np.arange(len(now.x))
+    for _ in range(problem.size):
+        way = _solved(normal, now.downhill, free, x - now.x) + now.x - x
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where(way != 0.0, (np.where(way < 0.0, low, high) - x) / way, np.inf)
+        first = reach.argmin(axis=1)
+        x = np.clip(x + np.minimum(reach[rows, first], 1.0)[:, None] * way, low, high)
+        passed = reach[rows, first] < 1.0
+        if not passed.any():
+            break
+        free[rows[passed], first[passed]] = False
+    return x
+
+
+def _solved(normal: Floats, downhill: Floats, free: NDArray[np.bool_], steps: Floats) -> Floats:
+    """The `steps` (k, size): those that are `free` (k, size) as the normal equations have them, the others as given."""
+    held, index = np.where(free, 0.0, steps), np.arange(normal.shape[1])
+    system = np.where(free[:, :, None] & free[:, None, :], normal, 0.0)
+    system[:, index, index] = np.where(free, normal[:, index, index], 1.0)
+    wanted = downhill - np.einsum("kij,kj->ki", normal, held)
+    return np.asarray(np.linalg.solve(system, np.where(free, wanted, held)[..., None])[..., 0], dtype=np.float64)

@@ -1,9 +1,12 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from identify.criterion import FREE
 from identify.observer import gain_table
-from identify.polish import linearise, polish, polish_all, scatter
+from identify.polish import Linearised, _step, linearise, polish, polish_all, scatter
 from identify.preprocess import prepare
 from identify.problem import FrictionProblem
 from identify.search import CLASSICAL
@@ -124,3 +127,40 @@ def test_the_root_of_a_covariance_is_that_of_cholesky_and_none_is_refused(known)
 def test_what_nothing_tells_does_not_scatter():
     normal = np.diag([4.0, 0.0, 25.0])
     np.testing.assert_allclose(scatter(normal) @ scatter(normal).T, np.diag([0.25, 0.0, 0.04]), atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_step_that_meets_a_bound_goes_on_along_it(seed):
+    rng = np.random.default_rng(seed)
+    k, size = 8, 6
+    slope = rng.normal(size=(k, 12, size)) @ (rng.normal(size=(size, size)) + np.eye(size))
+    normal = np.einsum("kni,knj->kij", slope, slope)
+    low, high = np.full(size, -0.3), np.full(size, 0.4)
+    x, downhill = rng.uniform(low, high, size=(k, size)), 20.0 * rng.normal(size=(k, size))
+    x[:, 0] = high[0]
+    now = Linearised(x, np.zeros(k), normal, downhill)
+    step = _step(SimpleNamespace(bounds=(low, high), size=size), now, np.zeros(k), None)
+    best = np.stack([x[i] + _bounded(normal[i], downhill[i], low - x[i], high - x[i]) for i in range(k)])
+    held = (x >= high) & (downhill > 0)
+    assert ((step >= low) & (step <= high)).all()
+    assert (step[held] == x[held]).all()
+    assert (now.promise(step) > 0).all()
+    assert (now.promise(step) <= now.promise(best) + 1e-9).all()
+    assert now.promise(step).sum() > 0.8 * now.promise(best).sum()
+
+
+def _bounded(normal, downhill, low, high):
+    """The step within bounds that gains most."""
+    root = np.linalg.cholesky(normal)
+    return lsq_linear(root.T, np.linalg.solve(root, downhill), (low, high), tol=1e-12).x
+
+
+def test_a_bound_takes_nothing_from_what_a_step_promises():
+    """Cut off where one of two unknowns may go no further, a step goes uphill: a polish hardly begun rested there."""
+    normal = np.array([[[1.0, 0.99], [0.99, 1.0]]])
+    wanted = np.array([[5.0, -4.9]])
+    low, high = np.array([-10.0, -10.0]), np.array([0.1, 10.0])
+    now = Linearised(np.zeros((1, 2)), np.zeros(1), normal, np.einsum("kij,kj->ki", normal, wanted))
+    step = _step(SimpleNamespace(bounds=(low, high), size=2), now, np.zeros(1), None)
+    assert now.promise(np.clip(wanted, low, high))[0] < 0.0 < now.promise(step)[0]
+    assert step[0] == pytest.approx([0.1, now.downhill[0, 1] - 0.99 * 0.1])
