@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Comparison, Fit, compare, fit
 from identify.mismatch.curve import CURVE
 from identify.mismatch.extended import ExtendedProblem
-from identify.mismatch.guise import Guise
+from identify.mismatch.guise import Guise, Way
 from identify.mismatch.inverse import effect_force
 from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed, moved, scattered
@@ -39,6 +40,7 @@ from identify.threads import allowed, side_by_side
 
 Floats = NDArray[np.float64]
 
+NOTHING: Mapping[Way, Fit] = MappingProxyType({})
 FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
 REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
 STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that get a full fit
@@ -61,11 +63,15 @@ SHARES = (1.0, 0.5, 0.2, 0.05)  # of an amplitude that a start tries
 
 @dataclass(slots=True)
 class Candidate:
-    """An effect worth a full fit: where to start (k rows, scaled), and the observer gain each start was seen at."""
+    """An effect worth a full fit: where to start (k rows, scaled), and the observer gain each start was seen at.
+
+    And a fit of another model with the effect, where there was one: its baseline may be nearer to the truth, too.
+    """
 
     guise: Guise
     starts: list[Floats]
     gains: list[Floats]
+    known: Fit | None = None
 
 
 def explore(
@@ -76,15 +82,17 @@ def explore(
     most: int = REFITS,
     stage: Stage = Stage.SEARCH,
     needed: float = 0.0,
+    known: Mapping[Way, Fit] = NOTHING,
 ) -> tuple[Fit, list[Step]]:
     """Refit the most promising of `guises` on top of `current`, judged; best information criterion first.
 
-    What shows less than half the evidence `needed` at a first look, or hardly any beside the best, is not fitted.
+    What shows less than half the evidence `needed` at a first look, or hardly any beside the best, is not fitted. Those
+    that are `known` from other models begin there, too.
 
     Returns:
         `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
     """
-    candidates = shortlist(current, guises, most)
+    candidates = shortlist(current, guises, most, known)
     seen = side_by_side(functools.partial(_look, current), candidates)
     looks = []
     for number, candidate in enumerate(candidates):
@@ -149,9 +157,11 @@ def _full(look: Look) -> Fit:
     return climbed(found, look.guise) if look.guise.rugged else found
 
 
-def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Candidate]:
+def shortlist(
+    current: Fit, guises: list[Guise], most: int = REFITS, known: Mapping[Way, Fit] = NOTHING
+) -> list[Candidate]:
     """Effects worth a full fit, seen at the likeliest gain of each correlation time and at a much weaker one."""
-    found: dict[tuple[str, tuple[tuple[str, float], ...]], Candidate] = {}
+    found: dict[Way, Candidate] = {}
     outlooks = _outlooks(current)
     for gain, seen in zip(outlooks, leads_at(current, guises, np.stack(outlooks, axis=1)), strict=True):
         ranked = [lead for lead in seen if lead.gain > WORTH]
@@ -164,14 +174,16 @@ def shortlist(current: Fit, guises: list[Guise], most: int = REFITS) -> list[Can
             if lead.gain < FAINT * ranked[0].gain:
                 break
             for guise in _ways(lead.guise, guises):
-                candidate = found.setdefault((guise.name, guise.fixed), Candidate(guise, [], []))
+                candidate = found.setdefault(guise.way, Candidate(guise, [], []))
                 candidate.starts.append(lead.start)
                 candidate.gains.append(gain)  # where two outlooks see the same start, it leads to different ends
-    known = {name for name, _ in found}
+    there = {name for name, _ in found}
     for guise in guises:
-        if (guise.name in NO_SLOPE or RELATIVES.get(guise.name, set()) & known) and guise.name not in known:
+        if (guise.name in NO_SLOPE or RELATIVES.get(guise.name, set()) & there) and guise.name not in there:
             starts = list(guise.scaled_starts())
-            found[guise.name, guise.fixed] = Candidate(guise, starts, [current.found.gain] * len(starts))
+            found[guise.way] = Candidate(guise, starts, [current.found.gain] * len(starts))
+        if guise.way in known:
+            found.setdefault(guise.way, Candidate(guise, [], [])).known = known[guise.way]
     return list(found.values())
 
 
@@ -224,8 +236,8 @@ class Look:
 def _look(current: Fit, candidate: Candidate) -> Look:
     """Try `candidate` on top of `current` from the distorted baseline and from a textbook one."""
     guise = candidate.guise
-    problem, x = extend(current, guise, np.array(candidate.starts))
-    seen = np.array(candidate.gains).T
+    problem, x = extend(current, guise, np.reshape(candidate.starts, (-1, guise.size)))
+    seen = np.reshape(candidate.gains, (-1, 4)).T
     _shrink(problem, x, guise, seen)
     classical = x.copy()
     classical[:, :4] = CLASSICAL
@@ -235,6 +247,9 @@ def _look(current: Fit, candidate: Candidate) -> Look:
     if guise.rugged:
         others += [scattered(problem, guise, points, seen) for points in (x, classical)]
     x, seen = np.concatenate(others), np.concatenate([seen] * len(others), axis=1)
+    if candidate.known is not None:
+        x = np.vstack([x, _carried(candidate.known, problem, current)])
+        seen = np.column_stack([seen, candidate.known.found.gain])
     return Look(problem, guise, *_first_look(current, problem, guise, x, seen))
 
 
@@ -309,14 +324,18 @@ def _truer(bent: Step, step: Step) -> bool:
     return truer or (not bent.denied and bent.evidence.unseen < step.evidence.unseen)
 
 
-def _carried(fitted: Fit, problem: ExtendedProblem) -> Floats:
-    """Unknowns of `problem` where `fitted` has them, parameter by parameter; zero where it has none. (size,)"""
+def _carried(fitted: Fit, problem: ExtendedProblem, others: Fit | None = None) -> Floats:
+    """Unknowns of `problem` where `fitted` has them, parameter by parameter; zero where it has none. (size,)
+
+    Effects that `fitted` does not hold are as those `others` have them.
+    """
     x = np.zeros(problem.size)
     x[: problem.base] = fitted.x[: problem.base]
     x[problem.p :] = fitted.x[fitted.problem.p :]
     for guise in problem.guises:
-        known = fitted.problem.guise(guise.name)
-        own = dict(zip((u.parameter for u in known.unknowns), fitted.x[fitted.problem.slot(known)], strict=True))
+        source = fitted if others is None or guise.name in fitted.names else others
+        known = source.problem.guise(guise.name)
+        own = dict(zip((u.parameter for u in known.unknowns), source.x[source.problem.slot(known)], strict=True))
         x[problem.slot(guise)] = [own.get(unknown.parameter, 0.0) for unknown in guise.unknowns]
     return x
 

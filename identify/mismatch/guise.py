@@ -20,6 +20,7 @@ from plant.axis import Axis
 from plant.effects.effect import Effect
 
 Floats = NDArray[np.float64]
+Way = tuple[str, tuple[tuple[str, float], ...]]
 
 
 STRONG = 100.0  # N: forces of the machines that the catalogue's stiffnesses are for
@@ -158,6 +159,11 @@ class Guise:
     def name(self) -> str:
         """The effect's name."""
         return self.effect.name
+
+    @property
+    def way(self) -> Way:
+        """Which of the ways to look for the effect this is."""
+        return self.name, self.fixed
 
     @property
     def size(self) -> int:

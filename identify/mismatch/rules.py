@@ -57,6 +57,8 @@ SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis
 LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
+BENDS, MINUTE = 0.6, 0.25  # of the latent force, at most, and of STIFF: what overwhelming evidence may leave and be
+OWN_DRY = 0.02  # of F_s: dry friction that friction which grows with the load leaves at least
 BRISTLES = "presliding_hysteresis"
 GAP = "backlash"
 DAMPED = 3.0  # times the critical damping: bristles that are damped more are none
@@ -145,8 +147,9 @@ def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float, 
     odd = (
         own
         or _too_soft(fitted, guise, evidence, twice=twice)
-        or _too_hard(fitted, guise)
+        or _too_hard(fitted, guise, evidence)
         or _too_lasting(fitted, guise)
+        or _too_much(fitted, guise)
     )
     if odd is None and at_edge(fitted, guise):
         return ON_BOUND
@@ -178,13 +181,19 @@ def _too_soft(fitted: Fit, guise: Guise, evidence: Comparison, *, twice: bool) -
     return f"its size of {stiffness:.3g} is below {least:.3g}: no stop is that soft"
 
 
-def _too_hard(fitted: Fit, guise: Guise) -> str | None:
-    """Why bristles are none: friction slides before they have bent by what any contact does; or None."""
+def _too_hard(fitted: Fit, guise: Guise, evidence: Comparison) -> str | None:
+    """Why bristles are none: friction slides before they have bent by what any contact does; or None.
+
+    Rolling contacts bend by ten micrometres, too (Futami et al. 1990): there the evidence must be overwhelming, and
+    most of what was left over gone.
+    """
     if guise.name != BRISTLES:
         return None
     stiffness = guise.value(fitted.x[fitted.problem.slot(guise)], "bristle_stiffness")
     bend = fitted.dry_level / stiffness
     least = STIFF * metre(fitted.problem.axis, fitted.problem.scales.travel)
+    if overwhelming(evidence) and evidence.lacking < BENDS and evidence.unseen < SLACK:
+        least *= MINUTE
     return f"its size of {bend:.2g} is below {least:.2g}: so little bends any contact" if bend < least else None
 
 
@@ -208,6 +217,18 @@ def _too_lasting(fitted: Fit, guise: Guise) -> str | None:
     if fitted.x[last] < fitted.problem.bounds[1][last] - 1e-6:
         return None
     return f"its size of {slip.high:.2g} of slip is on its bound: what follows the rest is no broken contact"
+
+
+def _too_much(fitted: Fit, guise: Guise) -> str | None:
+    """Why friction does not grow with the force that is transmitted: nothing of what does not is left; or None.
+
+    Seals, preload and grease rub whatever is transmitted; what takes all of it is another thing that eq. (1) imitates.
+    """
+    if guise.name != "load_dependent_friction":
+        return None
+    coulomb, static = (float(x) for x in fitted.x[:2])
+    left = coulomb / max(static, 1e-300)
+    return f"its size of {left:.2g} of dry friction that is left is below {OWN_DRY:.2g}" if left < OWN_DRY else None
 
 
 def _hidden_state(guise: Guise, evidence: Comparison) -> bool:

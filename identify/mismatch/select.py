@@ -11,7 +11,7 @@ from identify.mismatch.bends import bend
 from identify.mismatch.compare import Comparison, Fit, compare, fit, trimmed
 from identify.mismatch.curve import CURVE
 from identify.mismatch.explore import REFITS, explore, reason_against
-from identify.mismatch.guise import Guise
+from identify.mismatch.guise import Guise, Way
 from identify.mismatch.inverse import Bools, acting
 from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import (
@@ -130,12 +130,14 @@ class Search:
         unseen: data that judge.
         progress: who is told.
         seen: what was found beyond a set of effects, and the fit of them it was found from: several ways lead there.
+        known: of each way an effect may be present in, the likeliest fit with it so far, where it is strong.
     """
 
     guises: list[Guise]
     unseen: Samples
     progress: Tell
     seen: dict[Looked, tuple[Fit, Fit, list[Step]]] = field(default_factory=dict)
+    known: dict[Way, Fit] = field(default_factory=dict)
 
     @property
     def names(self) -> set[str]:
@@ -151,9 +153,17 @@ class Search:
         known = self.seen.get(looked)
         if known is not None and price(current) > price(known[0]) - SAME_FIT:
             return known[1], known[2]
-        found = explore(current, offered, self.unseen, self.progress, most, stage, needed)
+        found = explore(current, offered, self.unseen, self.progress, most, stage, needed, self.known)
         self.seen[looked] = (current, *found)
+        self._remember(found[1])
         return found
+
+    def _remember(self, steps: list[Step]) -> None:
+        """Keep the fits of what is strong: beside other effects, it may be seen from nowhere else."""
+        for step in steps:
+            strong, way = step.evidence.bic < BIC_STRONG and step.guise in step.fit.problem.guises, step.guise.way
+            if strong and (way not in self.known or price(step.fit) < price(self.known[way])):
+                self.known[way] = step.fit
 
 
 def select(baseline: Fit, guises: list[Guise], unseen: Samples, progress: Tell = unheard) -> Selection:

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import diagnosis, explore
+from identify.mismatch import diagnosis, explore, select
 from identify.mismatch.baseline import fit_baseline
-from identify.mismatch.compare import Fit, fit
+from identify.mismatch.compare import Comparison, Fit, fit
 from identify.mismatch.detect import detectable
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.explore import shortlist
+from identify.mismatch.explore import _outlooks, shortlist
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
-from identify.mismatch.rules import NO_NAME, _too_damped, _too_hard
+from identify.mismatch.rules import NO_NAME, _too_damped, _too_hard, _too_much
 from identify.mismatch.score import extend
 from identify.mismatch.uncatalogued import uncatalogued
 from identify.mismatch.wandering import OTHERS, one_of_many, wanders
@@ -152,8 +152,34 @@ def bristles(stiffness, damping, rotary=False):
 def test_bristles_that_bend_less_than_any_contact_are_none(stiffness, rotary, named):
     """A drive with 20 N of friction had bristles that bend by 9 um before they slide."""
     fitted, guise = bristles(stiffness, 3e3, rotary)
-    assert (_too_hard(fitted, guise) is None) is named
-    assert _too_hard(fitted, SimpleNamespace(name="backlash")) is None
+    usual = Comparison(-200.0, 5.0, -150.0, 0.8, 0.8, 200.0, 5.0, 1.0, 150.0, 0.5)
+    assert (_too_hard(fitted, guise, usual) is None) is named
+    assert _too_hard(fitted, SimpleNamespace(name="backlash"), usual) is None
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "evidence", "lacking", "unseen", "named"),
+    [
+        (1.33e6, 22545.0, 0.32, 0.41, True),  # 15 um; rolling contacts bend by as little
+        (1.33e6, 22545.0, 0.70, 0.41, False),
+        (1.33e6, 22545.0, 0.32, 0.80, False),
+        (1.33e6, 500.0, 0.32, 0.41, False),
+        (5e6, 22545.0, 0.32, 0.41, False),  # 4 um
+    ],
+)
+def test_bristles_that_bend_by_ten_micrometres_want_overwhelming_evidence(stiffness, evidence, lacking, unseen, named):
+    """Five machines of outside authors had bristles of 3 to 16 um; three of them were not to be overlooked."""
+    fitted, guise = bristles(stiffness, 3e3, rotary=False)
+    told = Comparison(-evidence, 18.0, -0.8 * evidence, 0.5, unseen, evidence, 7.5, 1.0, 0.8 * evidence, lacking)
+    assert (_too_hard(fitted, guise, told) is None) is named
+
+
+@pytest.mark.parametrize(("coulomb", "named"), [(0.3, True), (0.02, True), (0.0, False)])
+def test_friction_that_grows_with_the_load_leaves_some_that_does_not(coulomb, named):
+    """Viscous friction that differs with the direction (AQ-0046) took a coefficient of 0.57, and F_c was nothing."""
+    fitted = SimpleNamespace(x=np.array([coulomb, 0.6, -1.0, 0.4]))
+    assert (_too_much(fitted, SimpleNamespace(name="load_dependent_friction")) is None) is named
+    assert _too_much(fitted, SimpleNamespace(name="rail_defect")) is None
 
 
 @pytest.mark.parametrize(("damping", "named"), [(3e3, True), (1.2e4, True), (2e4, False)])
@@ -180,6 +206,42 @@ def test_an_effect_is_moved_to_where_it_is_likelier():
     assert step.value(found.x[problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
     assert found.found.criterion < stuck.found.criterion - 100.0
     assert moved(found, step) is found
+
+
+def test_what_was_found_beside_other_effects_begins_there(monkeypatch):
+    """A warmth that was clear by itself (AR-0053) was not seen beside a ripple: no start led to it."""
+    fitted, unseen = (
+        prepare(driven(seed, lambda t, y, v: (dry(v, 20.0 - 6.0 * (t > 6.0)), 0.0)), AXIS) for seed in (1, 2)
+    )
+    step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
+    bare = fit_baseline(fitted, AXIS, 0)
+    problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
+    known = fit(problem, x)
+    monkeypatch.setattr(explore, "leads_at", lambda *_: [[]] * len(_outlooks(bare)))
+    assert explore.explore(bare, [step], unseen)[1] == []
+    _, (found,) = explore.explore(bare, [step], unseen, known={step.way: known})
+    assert found.evidence.bic < -100.0
+    assert step.value(found.fit.x[problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
+
+
+def test_of_what_is_strong_the_likeliest_fit_is_remembered(monkeypatch):
+    monkeypatch.setattr(select, "price", lambda fit: fit.price)
+
+    def step(price, evidence, name="torque_ripple", there=True):
+        guise = SimpleNamespace(way=(name, ()))
+        fitted = SimpleNamespace(price=price, problem=SimpleNamespace(guises=(guise,) if there else ()))
+        return SimpleNamespace(fit=fitted, guise=guise, evidence=SimpleNamespace(bic=-evidence))
+
+    steps = [
+        step(-10.0, 100.0),
+        step(-30.0, 90.0),
+        step(-20.0, 200.0),
+        step(-40.0, 50.0),
+        step(-50.0, 99.0, there=False),
+    ]
+    search = select.Search([], None, unheard)
+    search._remember([*steps, step(-1.0, 70.0, "rail_defect")])
+    assert {way[0]: found.price for way, found in search.known.items()} == {"torque_ripple": -30.0, "rail_defect": -1.0}
 
 
 @pytest.mark.parametrize(("proven", "told"), [(False, True), (True, False)])

@@ -449,6 +449,7 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
 
 def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(monkeypatch):
     asked = []
+    monkeypatch.setattr(select.Search, "_remember", lambda *_: None)
     monkeypatch.setattr(select, "explore", lambda current, *_: asked.append(current) or (current, [current.price]))
     monkeypatch.setattr(select, "price", lambda fit: fit.price)
     one, other = (next(guise for guise in hosts() if guise.name == name) for name in ("rail_defect", "torque_ripple"))
