@@ -75,6 +75,7 @@ WORTH = 0.85  # of the baseline's one-second error on unseen data: names that le
 # worth the risk of being wrong
 MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need not agree
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
+LITTLE_ELSE = 1 / 3  # of what names make of such recordings: what these tell of anything else, where one does not act
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
 TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
@@ -342,7 +343,8 @@ class Conclusion:
 
         What judges must clearly foretell them, in most places or where they leave little force or error, and be
         predicted so much better; and where it was fitted `first`, nothing else may be so much more evident, nor they be
-        too small or too strange for their names.
+        too small or too strange for their names. What does not act there only makes friction known better: nothing
+        else may be evident beside that.
         """
         names = self.said
         if self.verdict is not Verdict.EXPLAINED or not names or names <= first.outgrown:
@@ -359,7 +361,7 @@ class Conclusion:
         most = max((-step.evidence.bic for step in opening), default=0.0)
         own = max((-step.evidence.bic for step in ours), default=0.0)
         better = self.error_left < CLEARLY or (BREAK_AWAY & names and self._past < MUCH) or decided(told)
-        hidden = most < LESSER * self._evidence  # a limit that was not reached has no evidence there
+        hidden = most < max(LESSER * self._evidence, LITTLE_ELSE * told.foreseen)  # a limit may not be reached there
         hidden = hidden and (decided(told) or solved)
         return bool(better) and (hidden or own >= min(TIED_SHARE * most, most - ELSEWHERE))
 

@@ -29,6 +29,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 TONES = (0.3, 25.0)  # Hz
+PULSATES = "dry friction that rises and falls in time, like a pump's pulses of oil,"
 TRIED = 32  # tones at which the predictor is asked what a force would do: those at which its errors have most power
 BROAD = 0.04  # of a frequency: what is told of where a tone is, though it is known better
 SHORT = 0.5  # s, windows of time
@@ -50,42 +51,54 @@ OUTBREAK = 9.0  # times the usual residual force, squared
 
 
 def tone(here: View, there: View) -> Structure | None:
-    """One frequency of an outer force, found here and confirmed there."""
+    """One frequency of an outer force, or of dry friction that rises and falls, found here and confirmed there."""
+    found = [told for told in (_tone(here, there), _tone(here, there, PULSATES)) if told is not None]
+    return max(found, key=lambda one: one.evidence, default=None)
+
+
+def _tone(here: View, there: View, like: str = "") -> Structure | None:
+    """The same of a force, or of dry friction that does what it is `like`: that turns with the motion."""
+    ours, theirs = ((_sign(view) if like else np.ones(len(view.error))) for view in (here, there))
     samples = here.fit.problem.samples
     step = 0.5 / float(np.ptp(samples.t))
     tones = np.arange(TONES[0], min(TONES[1], 0.2 / samples.sample_time), step)
     if len(tones) < 2:
         return None
-    likely = tones[_standing_out(here, tones)]
-    gains = gains_of_pairs(here, _waves(samples, likely))
+    likely = tones[_standing_out(samples, here.error * ours, tones)]
+    gains = gains_of_pairs(here, _waves(samples, likely, ours))
     top = likely[[int(np.argmax(gains))]]
     evidence = likelier(here, float(gains.max())) - 2.0 * float(np.log(len(tones)))
     if evidence < EVIDENCE:
         return None
-    waves = _waves(samples, top)
+    waves = _waves(samples, top, ours)
     shape = shape_of(here, here.responses(waves))
     force = net_force(here, waves @ shape.weights)
-    seen = there.responses(_waves(there.fit.problem.samples, top))
+    seen = there.responses(_waves(there.fit.problem.samples, top, theirs))
     z = block_z(gained(there, seen @ shape_of(there, seen).weights))
     known = max(step, BROAD * float(top[0]))
-    found = Structure("frequency", (float(top[0]) - known, float(top[0]) + known), evidence, z, force)
+    found = Structure("frequency", (float(top[0]) - known, float(top[0]) + known), evidence, z, force, like)
     return found if large_enough(found, here.fit.dry_level) else None
 
 
-def _standing_out(view: View, tones: Floats) -> Ints:
-    """Indices of the tones [Hz] at which the prediction errors have most power: a force shows where it acts. (q,)"""
-    samples = view.fit.problem.samples
+def _sign(view: View) -> Floats:
+    """Direction of the motion. [1] (n,)"""
+    problem = view.fit.problem
+    return coordinates(problem.samples, problem.axis)["direction"]
+
+
+def _standing_out(samples: Samples, error: Floats, tones: Floats) -> Ints:
+    """Indices of the tones [Hz] at which errors (n,) have most power: a force shows where it acts. (q,)"""
     tick = samples.sample_time
     place = np.rint((samples.t - samples.t.min()) / tick).astype(np.int64)
     first, step = (np.exp(2j * np.pi * tick * hertz) for hertz in (tones[0], tones[1] - tones[0]))
-    power = np.abs(czt(np.bincount(place, view.error), len(tones), 1.0 / step, first))
+    power = np.abs(czt(np.bincount(place, error), len(tones), 1.0 / step, first))
     return np.sort(np.argsort(power)[-TRIED:])
 
 
-def _waves(samples: Samples, tones: Floats) -> Floats:
-    """Cosine and sine of each tone [Hz]. (n, 2 q)"""
+def _waves(samples: Samples, tones: Floats, times: Floats) -> Floats:
+    """Cosine and sine of each tone [Hz], `times` (n,) each. (n, 2 q)"""
     phase = 2 * np.pi * samples.t[:, None] * tones
-    return np.stack([np.cos(phase), np.sin(phase)], axis=2).reshape(len(samples), -1)
+    return (np.stack([np.cos(phase), np.sin(phase)], axis=2) * times[:, None, None]).reshape(len(samples), -1)
 
 
 def stretch(view: View) -> Structure | None:

@@ -223,6 +223,22 @@ def test_a_fan_that_brakes_one_way_is_no_viscous_friction():
     assert "differs with the direction, but with the power" in found.explanation
 
 
+@pytest.mark.parametrize(("friction", "force"), [(0.05, 0.0), (0.0, 1.0)])
+def test_dry_friction_that_pulsates_is_told_from_an_outer_tone(friction, force):
+    """Pulses of oil of three outside authors were no mismatch: only forces that do not turn with the motion were."""
+
+    def resists(t: float, _: float, v: float) -> tuple[float, float]:
+        tone = np.sin(2.0 * np.pi * 1.3 * t)
+        return dry(v, 20.0 * (1.0 + friction * tone)), force * tone
+
+    found = diagnose([driven(seed, resists) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "frequency"
+    low, high = found.location.interval
+    assert low < 1.3 < high
+    assert ("rises and falls in time" in found.explanation) is bool(friction)
+
+
 @pytest.mark.parametrize("force", [8.0, -8.0])
 def test_a_weight_that_is_carried_along_is_found_with_its_side(force):
     """Which side is the loaded one, the constant force tells; it was a shape along the other one, or an event."""
