@@ -30,6 +30,7 @@ STATIC, STRIBECK, FRICTION = 1, 2, 4  # indices of F_s and v_s among the unknown
 CURVED = 0.5  # half-width of log v_s beyond which no straight step describes the valley of the friction law
 BREAKAWAY = 0.25  # of the latent force's rms: mean error of F_s over 240 windows was 0.12 to 0.24 of the force left out
 AT_BOUND = 1e-6  # of a scaled unknown
+INWARD = 0.1  # of the scale of forces: an unknown on a bound that may as well be so far from it is not kept there
 MOST_INFLATED = 10.0  # variance over that of white errors
 
 
@@ -74,8 +75,8 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     """Uncertainty of the unknowns x (size,) that minimise the loss at observer gains (4,)."""
     low, high = problem.bounds
     at_bound = (x <= low + AT_BOUND) | (x >= high - AT_BOUND)
-    free = np.flatnonzero(~at_bound)
     error, slope = problem.jacobian(x, gain)
+    free = np.flatnonzero(~at_bound | _unheld(problem, x, at_bound, error, slope))
     slope = slope[:, free]
     variance = float(error @ error) / max(problem.samples.used - len(free), 1) + 1e-300
     prior = np.diag(1.0 / problem.prior[1][free] ** 2)
@@ -94,6 +95,26 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     full = np.zeros((len(x), len(x)))
     full[np.ix_(free, free)] = inner
     return Uncertainty(full, at_bound, float(np.clip(np.exp(np.mean(np.log(ratio))), 1.0, MOST_INFLATED)))
+
+
+def _unheld(
+    problem: FrictionProblem, x: Floats, at_bound: NDArray[np.bool_], error: Floats, slope: Floats
+) -> NDArray[np.bool_]:
+    """Which of F_c and F_s are on a bound that nothing keeps them on: as good as free. (size,)
+
+    On one-way motion, dry friction and a constant force are one; a search that ends on F_c = 0 knows neither.
+    """
+    variance = float(error @ error) / problem.samples.used + 1e-300
+    centre, spread = problem.prior
+    normal = slope.T @ slope / variance + np.diag(spread**-2.0)
+    downhill = -slope.T @ error / variance - (x - centre) / spread**2
+    free = np.flatnonzero(~at_bound)
+    found = np.zeros(len(x), dtype=np.bool_)
+    for index in np.flatnonzero(at_bound[:STRIBECK]):
+        others = np.linalg.pinv(normal[np.ix_(free, free)], hermitian=True) @ normal[free, index]
+        bend = float(normal[index, index] - normal[index, free] @ others)
+        found[index] = 2.0 * abs(float(downhill[index])) * INWARD + bend * INWARD**2 < NORMAL**2
+    return found
 
 
 def breakaway_variance(problem: FrictionProblem, x: Floats, gain: Floats) -> float:

@@ -182,8 +182,8 @@ def shortlist(
         if (guise.name in NO_SLOPE or RELATIVES.get(guise.name, set()) & there) and guise.name not in there:
             starts = list(guise.scaled_starts())
             found[guise.way] = Candidate(guise, starts, [current.found.gain] * len(starts))
-        if guise.way in known:
-            found.setdefault(guise.way, Candidate(guise, [], [])).known = known[guise.way]
+    for way, candidate in found.items():
+        candidate.known = known.get(way)
     return list(found.values())
 
 
@@ -236,8 +236,8 @@ class Look:
 def _look(current: Fit, candidate: Candidate) -> Look:
     """Try `candidate` on top of `current` from the distorted baseline and from a textbook one."""
     guise = candidate.guise
-    problem, x = extend(current, guise, np.reshape(candidate.starts, (-1, guise.size)))
-    seen = np.reshape(candidate.gains, (-1, 4)).T
+    problem, x = extend(current, guise, np.array(candidate.starts))
+    seen = np.array(candidate.gains).T
     _shrink(problem, x, guise, seen)
     classical = x.copy()
     classical[:, :4] = CLASSICAL

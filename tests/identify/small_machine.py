@@ -27,6 +27,7 @@ def driven(
     seconds: float = 20.0,
     delivers: Callable[[float, float], float] = lambda told, _: told,
     carries: Callable[[float], float] = lambda _: 0.0,
+    swiftest: float = 0.4,
 ) -> Recording:
     """Moves between random places, torque held for 10 ms.
 
@@ -36,6 +37,7 @@ def driven(
         seconds: of motion.
         delivers: force of the drive [N] for what it is told, and at what place, asked at every step.
         carries: mass that moves along at that speed. [kg]
+        swiftest: speed of the moves. [m/s]
     """
     rng = np.random.default_rng(seed)
     goals = np.repeat(rng.uniform(0.0, 0.4, round(3 * seconds)), 60)
@@ -43,7 +45,7 @@ def driven(
     rows = []
     for k in range(round(seconds / STEP)):
         if k % HELD == 0:
-            wanted += np.clip(goals[k // HELD] - wanted, -0.004, 0.004)
+            wanted += np.clip(goals[k // HELD] - wanted, -swiftest * HELD * STEP, swiftest * HELD * STEP)
             total += (wanted - y) * 0.01
             force = np.clip(900.0 * (wanted - y) + 500.0 * total - 160.0 * v, -150.0, 150.0)
             rows.append((k * STEP, force, y))

@@ -3,12 +3,14 @@
 `make test` asks those that take little time.
 """
 
+import numpy as np
 import pytest
 
 from identify.mismatch.data import TURNED
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import Verdict
 from tests.blind.sealing import drawable
+from tests.identify.small_machine import AXIS, MECHANICS, driven, dry
 from tests.identify.studies import naming
 from tests.identify.studies.reading import recorded
 
@@ -117,9 +119,16 @@ def test_a_ripple_of_a_tenth_of_a_newton_is_none_however_finely_it_is_marched():
 
 
 def test_what_only_the_last_recording_tells_is_named_where_the_others_foretell_it():
-    """A drag that the first of two recordings, fitted, leaves no evidence of."""
-    found = answered(1160000, 123)
-    assert [effect.name for effect in found.effects] == ["quadratic_drag"]
+    """A limit of 39 N that slow moves do not reach has no evidence there; friction beside it foretells them."""
+    limited = lambda told, _: np.clip(told, -39.0, 39.0)  # noqa: E731
+    slow, fast = (
+        driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=limited, swiftest=speed)
+        for seed, speed in ((1, 0.05), (2, 0.4))
+    )
+    assert np.abs(slow.force).max() < 39.0
+    found = diagnose([slow, fast], AXIS)
+    assert [effect.name for effect in found.effects] == ["torque_saturation"]
+    assert found.effects[0].parameters["limit"].value == pytest.approx(39.0 / MECHANICS.force_per_torque, rel=1e-3)
     assert found.held_out_kind == "recording"
     assert TURNED in found.preprocessing
 

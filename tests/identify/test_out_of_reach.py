@@ -12,7 +12,7 @@ from identify.mismatch.baseline import fit_baseline
 from identify.mismatch.compare import Comparison, Fit, fit
 from identify.mismatch.detect import detectable
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.explore import _outlooks, shortlist
+from identify.mismatch.explore import Candidate, _look, shortlist
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
 from identify.mismatch.rugged import moved
@@ -208,20 +208,21 @@ def test_an_effect_is_moved_to_where_it_is_likelier():
     assert moved(found, step) is found
 
 
-def test_what_was_found_beside_other_effects_begins_there(monkeypatch):
+def test_what_was_found_beside_other_effects_begins_there():
     """A warmth that was clear by itself (AR-0053) was not seen beside a ripple: no start led to it."""
-    fitted, unseen = (
-        prepare(driven(seed, lambda t, y, v: (dry(v, 20.0 - 6.0 * (t > 6.0)), 0.0)), AXIS) for seed in (1, 2)
-    )
+    samples = prepare(driven(1, lambda t, y, v: (dry(v, 20.0 - 6.0 * (t > 6.0)), 0.0)), AXIS)
     step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
-    bare = fit_baseline(fitted, AXIS, 0)
-    problem, x = extend(bare, step, np.array([[step.unknown("step").scaled(-6.0), step.unknown("time").scaled(6.0)]]))
-    known = fit(problem, x)
-    monkeypatch.setattr(explore, "leads_at", lambda *_: [[]] * len(_outlooks(bare)))
-    assert explore.explore(bare, [step], unseen)[1] == []
-    _, (found,) = explore.explore(bare, [step], unseen, known={step.way: known})
-    assert found.evidence.bic < -100.0
-    assert step.value(found.fit.x[problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
+    bare = fit_baseline(samples, AXIS, 0)
+    at_six, at_fifteen = (
+        np.array([step.unknown("step").scaled(size), step.unknown("time").scaled(time)])
+        for size, time in ((-6.0, 6.0), (0.2, 15.0))
+    )
+    known = fit(*extend(bare, step, at_six[None]))
+    afar = Candidate(step, [at_fifteen], [bare.found.gain])
+    lost, found = (_look(bare, candidate) for candidate in (afar, replace(afar, known=known)))
+    assert found.gained > lost.gained + 100.0
+    assert step.value(found.x[found.problem.slot(step)], "time") == pytest.approx(6.0, abs=0.1)
+    assert [candidate.known for candidate in shortlist(bare, [step], known={step.way: known})] == [known]
 
 
 def test_of_what_is_strong_the_likeliest_fit_is_remembered(monkeypatch):
