@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from identify.gain_drift import gain_drift
 from identify.latent import latent_force
+from identify.polish import linearise
 from identify.problem import FrictionProblem
 from identify.rounding import rounding_scatter
 from identify.waves import NORMAL, wave_scatter
@@ -75,8 +76,8 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     """Uncertainty of the unknowns x (size,) that minimise the loss at observer gains (4,)."""
     low, high = problem.bounds
     at_bound = (x <= low + AT_BOUND) | (x >= high - AT_BOUND)
+    free = np.flatnonzero(~at_bound | _unheld(problem, x, gain, at_bound))
     error, slope = problem.jacobian(x, gain)
-    free = np.flatnonzero(~at_bound | _unheld(problem, x, at_bound, error, slope))
     slope = slope[:, free]
     variance = float(error @ error) / max(problem.samples.used - len(free), 1) + 1e-300
     prior = np.diag(1.0 / problem.prior[1][free] ** 2)
@@ -97,20 +98,19 @@ def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertaint
     return Uncertainty(full, at_bound, float(np.clip(np.exp(np.mean(np.log(ratio))), 1.0, MOST_INFLATED)))
 
 
-def _unheld(
-    problem: FrictionProblem, x: Floats, at_bound: NDArray[np.bool_], error: Floats, slope: Floats
-) -> NDArray[np.bool_]:
+def _unheld(problem: FrictionProblem, x: Floats, gain: Floats, at_bound: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of F_c and F_s are on a bound that nothing keeps them on: as good as free. (size,)
 
     On one-way motion, dry friction and a constant force are one; a search that ends on F_c = 0 knows neither.
     """
-    variance = float(error @ error) / problem.samples.used + 1e-300
-    centre, spread = problem.prior
-    normal = slope.T @ slope / variance + np.diag(spread**-2.0)
-    downhill = -slope.T @ error / variance - (x - centre) / spread**2
-    free = np.flatnonzero(~at_bound)
     found = np.zeros(len(x), dtype=np.bool_)
-    for index in np.flatnonzero(at_bound[:STRIBECK]):
+    edge = np.flatnonzero(at_bound[:STRIBECK])
+    if not len(edge):
+        return found
+    now = linearise(problem, x[None], gain[:, None])
+    normal, downhill = now.normal[0], now.downhill[0]
+    free = np.flatnonzero(~at_bound)
+    for index in edge:
         others = np.linalg.pinv(normal[np.ix_(free, free)], hermitian=True) @ normal[free, index]
         bend = float(normal[index, index] - normal[index, free] @ others)
         found[index] = 2.0 * abs(float(downhill[index])) * INWARD + bend * INWARD**2 < NORMAL**2

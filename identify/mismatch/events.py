@@ -103,9 +103,7 @@ def _waves(samples: Samples, tones: Floats, times: Floats) -> Floats:
 
 def stretch(view: View) -> Structure | None:
     """A stretch of time that holds most of the evidence for forces that come and go."""
-    problem = view.fit.problem
-    samples = problem.samples
-    direction = coordinates(samples, problem.axis)["direction"]
+    samples, direction = view.fit.problem.samples, _sign(view)
     centres = np.arange(0.5 * SHORT, float(samples.t.max()), 0.5 * SHORT)
     window = np.clip(1.0 - np.abs(samples.t[:, None] - centres) / SHORT, 0.0, None)
     forces = np.stack([window, window * direction[:, None]], axis=2).reshape(len(samples), -1)
