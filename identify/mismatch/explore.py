@@ -49,6 +49,7 @@ WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 TESTED = 0.4  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
+CLIMBED = 0.3  # of it: what has less when fitted does not get its many peaks climbed
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
@@ -146,15 +147,17 @@ def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> I
             if not worth_it(look):
                 yield look.unfitted(current)
                 continue
-            step = weighed(current, richer[look], look.guise, unseen)
+            found = richer[look]
+            if look.guise.rugged and current.found.criterion - found.found.criterion > -CLIMBED * best:
+                found = climbed(found, look.guise)
+            step = weighed(current, found, look.guise, unseen)
             best = min(best, step.evidence.bic) if step.refused is None else best
             yield step
 
 
 def _full(look: Look) -> Fit:
     """A full fit from where a first look ended."""
-    found = moved(fit(look.problem, look.x[None]), look.guise)
-    return climbed(found, look.guise) if look.guise.rugged else found
+    return moved(fit(look.problem, look.x[None]), look.guise)
 
 
 def shortlist(
