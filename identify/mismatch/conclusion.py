@@ -35,17 +35,18 @@ from identify.mismatch.rules import (
     LATE,
     LESSER,
     NO_NAME,
+    OVERWHELMING,
     PROVEN,
     SOLVED,
     STILL,
     STRAY,
-    TIED_BIC,
     TIED_SHARE,
     Z_STRONG,
     Step,
     agreed,
     at_edge,
     beyond,
+    clear_lead,
     cost,
     decided,
     finding,
@@ -83,6 +84,7 @@ PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen 
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 DRAG = "quadratic_drag"
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
+TOLD_BETTER = 2.0  # times the evidence: so many more know better how an effect's own curve bends
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
 
 
@@ -195,8 +197,9 @@ class Conclusion:
 
     @property
     def foretells_name(self) -> bool:
-        """Whether fitted data tell some effect strongly, and unseen ones clearly."""
-        return any(one.bic < BIC_STRONG and foretold(one) for one in _of_names(self.selection.opening))
+        """Whether fitted data tell an effect strongly, and unseen ones clearly, or are silent on what fills a hole."""
+        told = _of_names(self.selection.opening)
+        return any((one.bic < BIC_STRONG and foretold(one)) or (fills(one) and one.foreseen >= 0.0) for one in told)
 
     @cached_property
     def error_left(self) -> float:
@@ -299,7 +302,7 @@ class Conclusion:
             odd = [one for one in tried if one.misplaced and not outdone(one, best)]
             for one in odd:
                 worse = cost(one.fit) + max(best.evidence.foreseen - one.evidence.foreseen, 0.0)
-                if len(one.fit.names) <= len(chosen.names) and worse < cost(chosen) - TIED_BIC:
+                if len(one.fit.names) <= len(chosen.names) and worse < cost(chosen) - clear_lead(one, best):
                     return True
         return False
 
@@ -412,6 +415,19 @@ class Conclusion:
             return False
         names = [step for step in self.selection.opening if step.guise.depends is None]
         return self.nameless[0].evidence >= max((-step.evidence.bic for step in names), default=0.0)
+
+    @property
+    def bent(self) -> set[str]:
+        """Names of effects whose own curve, free to bend, is another's, where that is what is left without a name."""
+        if not self.recognised:
+            return set()
+        opening, told = self.selection.opening, self.nameless[0].evidence
+        return {one.guise.name for one in opening if one.denied and -one.evidence.bic >= told}
+
+    def straightens(self, other: Conclusion) -> bool:
+        """Whether a name stands that had another's curve in `other`, whose data told far less of it."""
+        known = self.verdict is Verdict.EXPLAINED and bool(self.said) and self.said <= other.bent and not self.slight
+        return known and self._evidence > TOLD_BETTER * other.nameless[0].evidence
 
     @cached_property
     def torn(self) -> bool:
@@ -627,6 +643,11 @@ def _named(steps: Sequence[Step], name: str) -> Step:
 def _foretells(told: Comparison) -> bool:
     """Whether unseen data, with friction as it was then, are likelier and predicted better, and fitted ones agree."""
     return foretold(told) and told.z >= Z_STRONG and told.unseen < WORTH
+
+
+def fills(told: Comparison) -> bool:
+    """Whether most of the latent force is gone with an effect, and not by its best blocks."""
+    return told.lacking < MUCH and told.steady < OVERWHELMING
 
 
 def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:

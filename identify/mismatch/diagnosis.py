@@ -127,13 +127,15 @@ def conclude(
     hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
     parts = hinted or (first.torn and (first.spelled or not first.happened))
     unpaid = not parts and first.unpaid
-    begun = not (several or first.recognised) and first.foretells_name
+    begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))
     part = judged_by(Judges.PART) if parts or unpaid or begun else first
     repeated = unpaid and not isinstance(part, Diagnosis) and part.repeats(first)
     more = part if parts or repeated else first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several:
+        if isinstance(part, Conclusion) and part.straightens(first):
+            return part
         if explained or first.recognised or part is first or isinstance(part, Diagnosis):
             return found
         return told_twice(first, part) or found

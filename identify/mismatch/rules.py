@@ -51,6 +51,7 @@ KNOWN = 0.1  # of the evidence: how well the catalogue knows the shapes of its e
 CLEAN = 0.013  # of the dry friction: latent force of a complete model, at most
 CLEARLY = 0.7  # of the one-second error on unseen data: what leaves less predicts clearly better
 STRAY = 12.0  # times the error of a model fitted to it: what leaves more does not explain what is held out
+OWN_SHAPE = 0.05  # of a name's evidence: physics in no catalogue that has so little more mends its shape
 LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
@@ -376,18 +377,23 @@ def cost(fitted: Fit) -> float:
 
 
 def best_of(steps: list[Step]) -> Step | None:
-    """The likeliest step that earned its name, unless something likelier did not: then nothing is named."""
+    """The likeliest step that earned its name, unless something likelier did not: then nothing is named.
+
+    Among those that fitted data tell nearly as well as the shapes of effects are known, all data decide.
+    """
     accepted = [step for step in steps if step.refused is None]
     if not accepted:
         return None
-    best = min(accepted, key=lambda step: cost(step.fit))
+    likeliest = min(cost(step.fit) for step in accepted)
+    most = -min(step.evidence.bic for step in accepted)
+    near = [step for step in accepted if cost(step.fit) < likeliest + KNOWN * most]
+    best = min(near, key=_cost_of_all)
     left = best.evidence.unseen
     for step in steps:
         if _of_other_data(step, best):
             continue
         stranger = step.refused == NO_NAME
-        shape = LESSER * all_told(best.evidence) if stranger else 0.0  # how imperfectly that of the name is known
-        by = max(TIED_BIC, shape)
+        by = clear_lead(step, best)
         likelier = step.misplaced and cost(step.fit) < cost(best.fit) - by and not outdone(step, best)
         foretells = stranger and step.evidence.unseen < left and _cost_of_all(step) < _cost_of_all(best) - by
         far = step.evidence.bic < FAR * best.evidence.bic and step.evidence.foreseen > best.evidence.foreseen
@@ -398,6 +404,11 @@ def best_of(steps: list[Step]) -> Step | None:
         if refused and step.evidence.z > Z and step.evidence.bic < SPOILED * best.evidence.bic:
             return None
     return best
+
+
+def clear_lead(odd: Step, best: Step) -> float:
+    """By how much likelier than a name something must be to be no part of how imperfectly its shape is known. [1]."""
+    return max(TIED_BIC, OWN_SHAPE * all_told(best.evidence)) if odd.refused == NO_NAME else TIED_BIC
 
 
 def _of_other_data(odd: Step, best: Step) -> bool:

@@ -14,7 +14,8 @@ import dataclasses
 import math
 
 from identify.mismatch.compare import ONCE
-from identify.mismatch.conclusion import DRAG, Conclusion, overlap
+from identify.mismatch.conclusion import DRAG, Conclusion, fills, overlap
+from identify.mismatch.curve import CURVE
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
@@ -34,6 +35,7 @@ from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.wandering import STEP
 
 WITH_FORCE = EXACT | {"load_dependent_friction"}
+WITH_ANGLE = {"torque_ripple", "pulley_eccentricity"}
 BY_A_TENTH = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
@@ -73,12 +75,18 @@ class Both:
         told = [step.evidence for step in self.told]
         if len(told) < 2 or min(one.foreseen for one in told) < 0.0:
             return False
-        if sum(one.foreseen for one in told) < 2.0 * FORESEEN or sum(one.bic for one in told) > BIC_STRONG:
+        enough = sum(one.foreseen for one in told) > 2.0 * FORESEEN or self.fills
+        if not enough or sum(one.bic for one in told) > BIC_STRONG:
             return False
         even = sum(one.foreseen_z for one in told) > FORESEEN_Z * 2.0**0.5  # standard errors of the sum of two
         turned = zip(told, reversed(told), strict=True)
         whole = any(one.bic < BIC_STRONG and agreed(one) and other.foreseen > 2.0 * FORESEEN for one, other in turned)
         return even or whole or max(one.bic for one in told) <= BIC_STRONG
+
+    @property
+    def fills(self) -> bool:
+        """Whether it fills a hole in both: then unseen data may be silent, as they are of a limit they do not reach."""
+        return all(fills(step.evidence) for step in self.told)
 
 
 def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
@@ -102,7 +110,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         return None
     if both.name == DRAG:  # or another curve of friction, which may be far likelier and predict no better
         return sure if both.left < BETTER else None
-    return sure if sure.error_left < BETTER or lasting(step.evidence) else None
+    return sure if sure.error_left < BETTER or lasting(step.evidence) or both.fills else None
 
 
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
@@ -111,8 +119,8 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     Physics in no catalogue must only be less likely, unless it clearly predicts better: some of it acts in one place,
     and so does what is asked for here. But what is far behind something else in both, when fitted, is part of that.
     """
-    if any(found.selection.aside or not found.selection.opening for found in (first, turned)):
-        return None
+    if any(found.selection.aside - {CURVE} or not found.selection.opening for found in (first, turned)):
+        return None  # how friction bends comes beside anything
     ours, theirs = map(_likeliest, (first, turned))
     every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]
     leader, *others = sorted(every, key=lambda both: -both.evidence)
@@ -141,9 +149,9 @@ def _far_behind(found: Conclusion, step: Step | None) -> bool:
 
 
 def _eclipsed(found: Conclusion, step: Step) -> bool:
-    """Whether a conclusion is left with more evidence for something else than for a step, but for moments."""
+    """Whether a conclusion is left with clearly more evidence for something else than for a step, but for moments."""
     left = [one.evidence for one in found.nameless if one.coordinate != "time"]
-    return max(left, default=0.0) > TIED_BIC - step.evidence.bic
+    return max(left, default=0.0) > max(TIED_BIC, -KNOWN * step.evidence.bic) - step.evidence.bic
 
 
 def _likeliest(found: Conclusion) -> dict[str, Step]:
@@ -153,8 +161,9 @@ def _likeliest(found: Conclusion) -> dict[str, Step]:
 
 
 def _equal(one: Both, other: Both) -> bool:
-    """Whether two names grow with the force and these data cannot tell them apart."""
-    return {one.name, other.name} <= WITH_FORCE and abs(one.evidence - other.evidence) < TIED_BIC
+    """Whether two names grow with the force, or turn with a shaft, and these data cannot tell them apart."""
+    alike = any({one.name, other.name} <= names for names in (WITH_FORCE, WITH_ANGLE))
+    return alike and abs(one.evidence - other.evidence) < 2.0 * TIED_BIC  # it is told in two
 
 
 def _everywhere(step: Step) -> float:

@@ -95,7 +95,7 @@ def concluded(judges, verdict, said, *, several=True, **changed):
     """What is concluded where these judge."""
     made = SimpleNamespace(
         verdict=Verdict[verdict], said=said, judges=judges, torn=False, hinted=False, unpaid=False, slight=False,
-        recognised=False, spelled=True, confirmed=False, happened=False, foretells_name=False,
+        recognised=False, spelled=True, confirmed=False, happened=False, foretells_name=False, bent=set(),
         evidence=SimpleNamespace(kind="recording" if several else "time"),
         selection=SimpleNamespace(steps=[]),
         denies=lambda _: False, holds_beside=lambda _: False, confirms=lambda _: False,
