@@ -379,15 +379,15 @@ def cost(fitted: Fit) -> float:
 def best_of(steps: list[Step]) -> Step | None:
     """The likeliest step that earned its name, unless something likelier did not: then nothing is named.
 
-    Among those that fitted data tell nearly as well as the shapes of effects are known, all data decide.
+    Among those that fitted data tell nearly as well as the shapes of effects are known, all data may clearly decide.
     """
     accepted = [step for step in steps if step.refused is None]
     if not accepted:
         return None
-    likeliest = min(cost(step.fit) for step in accepted)
-    most = -min(step.evidence.bic for step in accepted)
-    near = [step for step in accepted if cost(step.fit) < likeliest + KNOWN * most]
-    best = min(near, key=_cost_of_all)
+    best = min(accepted, key=lambda step: cost(step.fit))
+    near = [step for step in accepted if cost(step.fit) < cost(best.fit) - KNOWN * best.evidence.bic]
+    truest = min(near, key=_cost_of_all)
+    best = truest if _cost_of_all(truest) < _cost_of_all(best) - TIED_BIC else best
     left = best.evidence.unseen
     for step in steps:
         if _of_other_data(step, best):

@@ -35,7 +35,7 @@ def test_a_tie_comes_with_an_experiment_in_words_and_numbers(tied):
     assert all(one.separation < 90.0 for one in found.experiments[: found.experiments.index(best)])
     assert found.experiments[0].motion.words.startswith("the same motion again")
     assert best.motion.words in found.next_experiment
-    assert "It should tell actuator lag from dead time (expected evidence " in found.next_experiment
+    assert "It should tell dead time from actuator lag (expected evidence " in found.next_experiment
     entry = found.to_dict()["experiments"][0]
     assert entry["needed"] == 90.0
     assert entry["sufficient"] is False
