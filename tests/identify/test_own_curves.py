@@ -477,11 +477,14 @@ def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(mon
     assert len(asked) == 4
 
 
+class Seen(SimpleNamespace):
+    """A first look, one of many."""
+
+    __hash__ = object.__hash__
+
+
 def test_what_has_no_slope_is_fitted_where_its_first_look_is_still_under_way(monkeypatch):
     """Stiction after rests ended 683 below where it began at a first look, and 5415 above in full."""
-
-    class Seen(SimpleNamespace):
-        __hash__ = object.__hash__
 
     def look(name, gained):
         return Seen(
@@ -500,9 +503,6 @@ def test_what_has_no_slope_is_fitted_where_its_first_look_is_still_under_way(mon
 @pytest.mark.parametrize(("gained", "climbs"), [(600.0, ["backlash"]), (900.0, []), (2000.0, [])])
 def test_the_many_peaks_of_what_has_little_beside_a_name_are_not_climbed(monkeypatch, gained, climbs):
     """A gap of 270 is not worth minutes beside a name of 900."""
-
-    class Seen(SimpleNamespace):
-        __hash__ = object.__hash__
 
     def at(loss):
         return SimpleNamespace(found=SimpleNamespace(criterion=loss))

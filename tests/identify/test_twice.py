@@ -175,16 +175,17 @@ class Told:
     nameless: tuple = ()
 
 
-def named_by_both(left, effects=(), kind="recording", nameless=(), **changed):
+def led_to(left, effects=(), kind="recording", nameless=(), **changed):
+    """A conclusion whose leader was refused, and which leaves so much of the error."""
+    selection = led_by(**changed).selection
+    leader = selection.opening[0]
+    selection.baseline, selection.opening[0] = None, Leader(leader.guise, leader.evidence)
+    return Told(selection, left, effects=effects, evidence=SimpleNamespace(kind=kind), nameless=nameless)
+
+
+def named_by_both(left, **given):
     """What two conclusions give that are led by the same name and leave so much of the error."""
-    both = []
-    for _ in range(2):
-        selection = led_by(**changed).selection
-        leader = selection.opening[0]
-        selection.baseline, selection.opening[0] = None, Leader(leader.guise, leader.evidence)
-        evidence = SimpleNamespace(kind=kind)
-        both.append(Told(selection, left, effects=effects, evidence=evidence, nameless=nameless))
-    return twice.told_twice(*both)
+    return twice.told_twice(led_to(left, **given), led_to(left, **given))
 
 
 @pytest.mark.parametrize(
@@ -286,12 +287,11 @@ def test_how_friction_bends_beside_a_name_is_no_reason_against_it(sized):
 )
 def test_unseen_data_may_be_silent_on_what_fills_a_hole_in_both(sized, lacking, steady, foreseen, named):
     """A stop at 5.469 rad, touched in the middle of a recording: a third of the latent force is left at both ends."""
-    both = []
-    for left, least, told in zip(lacking, steady, foreseen, strict=True):
-        selection = led_by(bic=-4700.0, lacking=left, steady=least, foreseen=told, foreseen_z=1.0, unseen=1.0).selection
-        leader = selection.opening[0]
-        selection.baseline, selection.opening[0] = None, Leader(leader.guise, leader.evidence)
-        both.append(Told(selection, 1.0, evidence=SimpleNamespace(kind="time")))
+    silent = {"kind": "time", "bic": -4700.0, "foreseen_z": 1.0, "unseen": 1.0}
+    both = [
+        led_to(1.0, lacking=left, steady=least, foreseen=told, **silent)
+        for left, least, told in zip(lacking, steady, foreseen, strict=True)
+    ]
     assert (twice.told_twice(*both) is not None) is named
 
 
@@ -325,7 +325,7 @@ def test_a_spring_and_a_wave_longer_than_the_travel_are_one_force():
 def test_a_size_that_may_be_none_is_not_told_twice(sized):
     """A healthy axis: both recordings put a gap of 3.3 mm first, whose interval went from nothing to a metre."""
     gap = FoundEffect("backlash", 0.0, {"gap": Quantity(3.3e-3, "m", (-7e-6, 1.18))}, 1.0)
-    assert named_by_both(0.53, (gap,)) is None
+    assert named_by_both(0.53, effects=(gap,)) is None
     assert named_by_both(0.53) is not None
 
 
