@@ -8,7 +8,7 @@ from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.effect_sizes import averaged, lags_in_series
 from identify.mismatch.result import FoundEffect
 from identify.mismatch.rivals import fit_of
-from identify.mismatch.rules import TIED_BIC, Step, beyond, cost, tied
+from identify.mismatch.rules import TIED_BIC, Step, beyond, cost, disputed, tied
 
 EXACT = {"force_offset": "coulomb_asymmetry", "coulomb_asymmetry": "force_offset"}
 WEIGHTLESS = {"inertia_error": "torque_scale_error", "torque_scale_error": "inertia_error"}  # where friction is free
@@ -19,7 +19,8 @@ def alternatives_of(found: Conclusion, effects: tuple[FoundEffect, ...]) -> tupl
     chosen, selection = tuple(effect.name for effect in effects), found.selection
     sets, swaps = [chosen], []
     for step, rivals in zip(selection.steps, selection.rivals, strict=False):
-        for rival in tied(step, [rival for rival in rivals if rival.refused is None or rival.small]):
+        fair = [one for one in rivals if one.refused is None or one.small or disputed(step, one)]
+        for rival in tied(step, fair):
             _add(sets, _constants(found, chosen, rival), step.guise.name, rival.guise.name)
             swaps.append((step.guise.name, rival.guise.name))
     for pair in itertools.combinations(dict.fromkeys(swaps), 2):

@@ -34,8 +34,8 @@ from identify.mismatch.rules import (
     HELD_OUT,
     LATE,
     LESSER,
+    MUCH,
     NO_NAME,
-    OVERWHELMING,
     PROVEN,
     SOLVED,
     STILL,
@@ -49,6 +49,7 @@ from identify.mismatch.rules import (
     clear_lead,
     cost,
     decided,
+    fills,
     finding,
     foretold,
     lasting,
@@ -65,7 +66,7 @@ from plant.recording import Recording
 REST = 0.0135  # of the dry friction: latent force beside a name, just above that of a complete model, above which ...
 KEPT = 0.7  # ... and above which share of its former level, the name does not stand: it explains little
 CONFIRMED = 0.15  # of the error on unseen data: names that leave no more need neither where unseen data agree on them
-MUCH, DIRTY = 0.5, 2.0  # where names leave less than so much of the error on unseen data, the rest may be so much more
+DIRTY = 2.0  # times as much: the rest, where names leave less than MUCH of the error on unseen data
 LOUD = 0.03  # of the dry friction: latent force beside which nothing stands that leaves more than that of the error,
 # but where fitted and unseen data are far likelier without the best blocks of either
 LEFT = 0.4  # of a name's evidence: a nameless shape with more than this beside it, and the name does not stand; all
@@ -504,8 +505,7 @@ class Conclusion:
         """
         guise, several = self.final.problem.guise(effect.name), len(self.selection.steps) > 1
         x, share = self.final.x[self.final.problem.slot(guise)], self.error_left
-        proven = (share < PROVEN and foretold(self._gained)) or overwhelming(self._gained)
-        least = finding(effect.name, proven=proven)
+        least = finding(effect.name, dataclasses.replace(self._gained, unseen=share))
         if guise.oddity(x, least) is not None or at_edge(self.final, guise) or may_be_rigid(effect, guise):
             return False
         if share >= PROVEN and any_moment(effect):
@@ -643,11 +643,6 @@ def _named(steps: Sequence[Step], name: str) -> Step:
 def _foretells(told: Comparison) -> bool:
     """Whether unseen data, with friction as it was then, are likelier and predicted better, and fitted ones agree."""
     return foretold(told) and told.z >= Z_STRONG and told.unseen < WORTH
-
-
-def fills(told: Comparison) -> bool:
-    """Whether most of the latent force is gone with an effect, and not by its best blocks."""
-    return told.lacking < MUCH and told.steady < OVERWHELMING
 
 
 def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:

@@ -363,7 +363,8 @@ def reason_against(fitted: Fit, guise: Guise, evidence: Comparison, acting: floa
     refused = refusal(fitted, guise, evidence, acting)
     if refused not in (None, NO_NAME):
         return refused
-    return wanders(fitted, guise, all_told(evidence), acting, proven=proven(evidence)) or refused
+    told, sure = all_told(evidence), proven(evidence)
+    return wanders(fitted, guise, told, acting, proven=sure, parting=evidence.parting) or refused
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:

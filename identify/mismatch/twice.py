@@ -14,7 +14,7 @@ import dataclasses
 import math
 
 from identify.mismatch.compare import ONCE
-from identify.mismatch.conclusion import DRAG, Conclusion, fills, overlap
+from identify.mismatch.conclusion import DRAG, Conclusion, overlap
 from identify.mismatch.curve import CURVE
 from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
@@ -28,6 +28,7 @@ from identify.mismatch.rules import (
     TIED_SHARE,
     Step,
     agreed,
+    fills,
     lasting,
     misplacement,
 )

@@ -15,6 +15,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.explore import Candidate, _look, shortlist
 from identify.mismatch.guise import Guise, Unknown
 from identify.mismatch.progress import unheard
+from identify.mismatch.result import Verdict
 from identify.mismatch.rugged import moved
 from identify.mismatch.rules import NO_NAME, _too_damped, _too_hard, _too_much
 from identify.mismatch.score import extend
@@ -257,6 +258,17 @@ def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
     assert (reason is not None and reason.startswith(OTHERS)) is told
 
 
+@pytest.mark.parametrize(("freed", "verdict"), [(21.0, Verdict.UNEXPLAINED), (99.0, Verdict.EXPLAINED)])
+def test_a_brake_that_frees_itself_where_nothing_is_fitted_is_no_step(freed, verdict):
+    """A step of 4.25 N that left 10 % of the error was named; the brake let go before its unseen data ended."""
+    drags = lambda t, y, v: (dry(v, 20.0 + 6.0 * (6.0 < t < freed)), 0.0)  # noqa: E731
+    found = diagnose([driven(1, drags, 24.0)], AXIS)
+    assert found.verdict is verdict
+    assert found.location.coordinate == "time"
+    assert found.location.interval[0] == pytest.approx(6.0, abs=0.2)
+    assert ("it goes back in data that were not fitted" in found.explanation) is (verdict is Verdict.UNEXPLAINED)
+
+
 @pytest.mark.parametrize(("share", "told"), [(0.013, True), (0.025, False)])
 def test_a_warmth_that_is_a_mood_of_friction_is_none(share, told):
     """A healthy axis had one of 1.3 % of its dry friction, with a fifth of the error left; true ones had more."""
@@ -292,15 +304,17 @@ def test_a_torque_constant_that_fades_is_none_of_many_changes(monkeypatch, wande
     assert (reason.startswith(OTHERS), reason == NO_NAME) == (wandering, not wandering)
 
 
-@pytest.mark.parametrize(("second", "many"), [(0.0, False), (0.9, True)])
-def test_a_faint_place_that_has_others_like_it_is_none(second, many):
+@pytest.mark.parametrize(
+    ("second", "width", "many"), [(0.0, 0.015, False), (0.9, 0.015, True), (0.0, 0.04, False), (0.0, 0.07, True)]
+)
+def test_a_faint_place_that_has_others_like_it_or_no_room_for_them_is_none(second, width, many):
     """A guide whose friction varies along the way by some percent is well: a place of 4.6 % had others of 3/4 of it."""
-    bump = lambda y, centre: np.exp(-0.5 * ((y - centre) / 0.015) ** 2)  # noqa: E731
+    bump = lambda y, centre: np.exp(-0.5 * ((y - centre) / width) ** 2)  # noqa: E731
     level = lambda y: 1.2 * bump(y, 0.1) + second * 1.2 * bump(y, 0.3)  # noqa: E731
     samples = prepare(driven(1, lambda t, y, v: (dry(v) + level(y), 0.0)), AXIS)
     (defect,) = guises({"rail_defect": find("rail_defect")}, setting(AXIS, lowest=0.0, highest=0.4, mass=MASS))
     bare = fit_baseline(samples, AXIS, 0)
-    start = [unknown.scaled(value) for unknown, value in zip(defect.unknowns, (1.2, 0.1, 0.015), strict=True)]
+    start = [unknown.scaled(value) for unknown, value in zip(defect.unknowns, (1.2, 0.1, width), strict=True)]
     problem, x = extend(bare, defect, np.array([start]))
     found = fit(problem, x)
     evidence = bare.found.criterion - found.found.criterion
