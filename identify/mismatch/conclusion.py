@@ -37,6 +37,7 @@ from identify.mismatch.rules import (
     MUCH,
     NO_NAME,
     PROVEN,
+    SLACK,
     SOLVED,
     STILL,
     STRAY,
@@ -564,10 +565,12 @@ class Conclusion:
     def _seen_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data that the other names alone predict badly tell an effect, however wide its interval.
 
-        What a single stroke tells has next to none.
+        What a single stroke tells has next to none; nor what grows on and on while the axis rests, how much in the end.
+        There all data must be overwhelmingly likelier, and a quarter of the latent force gone.
         """
         told = self._told(effect)
-        return effect.name not in LATE and min(told.foreseen, told.again) > FORESEEN and told.unseen < CONFIRMED
+        badly = min(told.foreseen, told.again) > FORESEEN and told.unseen < CONFIRMED
+        return effect.name not in LATE and (badly or (overwhelming(told) and told.lacking < SLACK))
 
     def _told(self, effect: FoundEffect) -> Comparison:
         """What speaks for an effect beside the other names."""

@@ -422,8 +422,12 @@ def best_of(steps: list[Step]) -> Step | None:
 
 
 def clear_lead(odd: Step, best: Step) -> float:
-    """By how much likelier than a name something must be to be no part of how imperfectly its shape is known. [1]."""
-    return max(TIED_BIC, OWN_SHAPE * all_told(best.evidence)) if odd.refused == NO_NAME else TIED_BIC
+    """By how much likelier than a name something must be to be no part of how imperfectly its shape is known. [1].
+
+    Physics in no catalogue, or an effect stretched to its bound: a place as wide as can be instead of a slope.
+    """
+    stretched = odd.refused in (NO_NAME, ON_BOUND)
+    return max(TIED_BIC, OWN_SHAPE * all_told(best.evidence)) if stretched else TIED_BIC
 
 
 def _of_other_data(odd: Step, best: Step) -> bool:

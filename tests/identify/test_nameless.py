@@ -597,6 +597,25 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
 
 
 @pytest.mark.parametrize(
+    ("name", "steady", "again", "lacking", "seen"),
+    [
+        ("dwell_time_stiction", -5970.0, 918.0, 0.63, True),
+        ("dwell_time_stiction", -500.0, 918.0, 0.63, False),
+        ("dwell_time_stiction", -5970.0, 500.0, 0.63, False),
+        ("dwell_time_stiction", -5970.0, 918.0, 0.8, False),
+        ("dead_time", -5970.0, 918.0, 0.63, False),
+    ],
+)
+def test_what_takes_a_quarter_of_the_force_beside_another_is_there_though_its_size_is_not_known(
+    name, steady, again, lacking, seen
+):
+    """Stiction that grew on and on at rest beside a slope: 440 N m, give or take 585, with a time of 63 s."""
+    told = Comparison(-10229.0, 3.6, steady, 1.01, 0.76, 2073.0, 2.5, again=again, lacking=lacking)
+    fake = SimpleNamespace(_told=lambda _: told)
+    assert Conclusion._seen_beside_others(fake, SimpleNamespace(name=name)) is seen
+
+
+@pytest.mark.parametrize(
     ("coordinate", "force", "evidence", "named", "told"),
     [
         ("frequency", 0.15, 1935.0, False, False),  # a wrong mass had 1835: friction that wanders, not a tone

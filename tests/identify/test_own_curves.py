@@ -17,6 +17,7 @@ from identify.mismatch.own_curves import FREED
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import (
     NO_NAME,
+    ON_BOUND,
     TIED_BIC,
     Step,
     at_edge,
@@ -269,6 +270,15 @@ def test_a_name_gives_way_to_what_foretells_unseen_data_better(priced):
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.08, 270.0)]) is ripple
     assert best_of([ripple, step("level_ripple", -353.0, NO_NAME, 0.6, 698.0)]) is ripple
     assert best_of([ripple, step("end_stop", -353.0, "its size of 3", 0.08, 698.0)]) is ripple
+
+
+@pytest.mark.parametrize(("evidence", "reason", "named"), [
+    (-7663.0, ON_BOUND, True), (-8500.0, ON_BOUND, False), (-7663.0, "its size of 3 is below 4", False)
+])  # fmt: skip
+def test_a_place_as_wide_as_can_be_is_how_the_shape_of_a_slope_is_known(priced, evidence, reason, named):
+    """Beside stiction: likelier by 56 of 7600, and on the bound of its width."""
+    slope = step("position_dependent_friction", -7607.0, unseen=0.25, foreseen=2800.0)
+    assert (best_of([step("rail_defect", evidence, reason, 0.2, 2922.0), slope]) is slope) is named
 
 
 @pytest.mark.parametrize(
