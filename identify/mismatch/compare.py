@@ -179,6 +179,7 @@ class Comparison:
         lacking: ratio of the latent forces, richer over poorer. [1]
         second: as `unseen`, over runs of a second, even where shorter ones tell more. [1]
         parting: the least evidence of unseen data from any moment on to their end, with friction as it was fitted. [1]
+        parts: that moment. [s]
     """
 
     bic: float
@@ -193,6 +194,7 @@ class Comparison:
     lacking: float = 1.0
     second: float = 0.0
     parting: float = 0.0
+    parts: float = 0.0
 
 
 def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
@@ -211,7 +213,9 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     foreseen = _likelihood(richer, unseen, gains) - _likelihood(poorer, unseen, gains)
     bic = price - 2.0 * float(sums.sum())
     more = 2.0 * float(foreseen.sum())
-    parting = 2.0 * float(np.cumsum(foreseen[::-1]).min())
+    endings = 2.0 * np.cumsum(foreseen[::-1])[::-1]
+    least = int(np.argmin(endings))
+    parting = float(endings[least]), float(unseen.t[least])
     z = block_z(gained)
     denied = max(bic, steady) < STRONG and more < DOUBTED
     lasts = not any(guise.name in ONCE or guise.depends == "time" for guise in richer.problem.guises)
@@ -224,7 +228,7 @@ def compare(poorer: Fit, richer: Fit, unseen: Samples) -> Comparison:
     support = _support(more, unseen, gained, bic)
     again = 2.0 * without_best(block_sums(foreseen))
     lacking = richer.latent_force / max(poorer.latent_force, 1e-300)
-    return Comparison(bic, z, steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1], parting)
+    return Comparison(bic, z, steady, *runs, more, block_z(foreseen), support, again, lacking, both[0][1], *parting)
 
 
 def _support(more: float, unseen: Samples, gained: Floats, bic: float) -> float:

@@ -23,7 +23,7 @@ from identify.mismatch.select import Selection
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
 from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
-from identify.mismatch.wandering import OTHERS
+from identify.mismatch.wandering import OTHERS, STEP
 from plant.axis import Axis
 
 OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
@@ -110,7 +110,9 @@ class Remains:
             constant = float(step.fit.problem.law(step.fit.x[None])[5, 0]) - self.axis.mechanics.weight
             return acts_in(name, {parameter: value for parameter, (value, _) in values.items()}, reached, constant)
         sizes = {parameter: Quantity(value, unit) for parameter, (value, unit) in values.items()}
-        return named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval
+        begin, end = named_location(name, sizes, 0.0, step.evidence.z, samples, self.axis).interval
+        goes_back = name == STEP and step.denied and self.evidence.kind == "time"
+        return begin, step.evidence.parts if goes_back else end
 
     def _felt(self, found: Structure) -> bool:
         """Whether a shape is large enough to be told, or stands out though it is small.
