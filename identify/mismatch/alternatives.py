@@ -34,6 +34,8 @@ def alternatives_of(found: Conclusion, effects: tuple[FoundEffect, ...]) -> tupl
     if offset is not None and offset.effect.name in chosen:
         for name in offset.names:
             _add(sets, chosen, offset.effect.name, name)
+        if "position_spring" in chosen:  # a constant force beside a spring is where it rests
+            _append(sets, tuple(name for name in chosen if name != offset.effect.name))
     exact = EXACT if found.axis.mechanics.weight > 0.0 else EXACT | WEIGHTLESS
     for name, twin in exact.items():
         for known in tuple(sets):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identify.mismatch import conclusion, events, locate, report_values, sensor_errors, shapes
+from identify.mismatch.alternatives import alternatives_of
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion
@@ -39,6 +40,7 @@ from identify.preprocess import Samples
 from plant.axis_file import read_axis
 from plant.effects import find
 from plant.recording_files import read_recording_entry
+from tests.identify.small_machine import AXIS
 from tests.reference.cases import CaseSpec, draw_case, write_case
 from tests.second.cases import CaseSpec as SecondSpec
 from tests.second.cases import draw_case as draw_second
@@ -613,6 +615,15 @@ def test_what_takes_a_quarter_of_the_force_beside_another_is_there_though_its_si
     told = Comparison(-10229.0, 3.6, steady, 1.01, 0.76, 2073.0, 2.5, again=again, lacking=lacking)
     fake = SimpleNamespace(_told=lambda _: told)
     assert Conclusion._seen_beside_others(fake, SimpleNamespace(name=name)) is seen
+
+
+@pytest.mark.parametrize(("beside", "alone"), [("position_spring", True), ("quadratic_drag", False)])
+def test_a_constant_force_beside_a_spring_may_be_where_it_rests(beside, alone):
+    """A spring that rested at 0.29 m was one that rests at -0.57 m with a force of 0.5 N."""
+    effects = tuple(FoundEffect(name, 0.5, {}, 1.0) for name in (beside, "force_offset"))
+    offset = SimpleNamespace(effect=effects[1], names=("force_offset",))
+    found = SimpleNamespace(selection=SimpleNamespace(steps=[], rivals=[], others=[]), constant=offset, axis=AXIS)
+    assert ((beside,) in alternatives_of(found, effects)) is alone
 
 
 @pytest.mark.parametrize(
