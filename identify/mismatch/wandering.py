@@ -50,14 +50,14 @@ def wanders(
         return None
     if name == STEP and abs(_value(fitted, "step")) < LEAST * fitted.dry_level:
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
+    if name == STEP and parting < BACK:
+        return f"{OWN_CURVE}: it goes back in data that were not fitted"
     if name == WARMTH and acting < MOODS * fitted.dry_level:
         return f"a warmth of {acting:.2g} is no more than friction wanders by"
     view = View.of(fitted, fitted.found.gain)
     samples = view.foreseen()
     first, last = float(samples.t.min()), float(samples.t.max())
     moments = np.linspace(first, last, MOMENTS + 2)[1:-1]
-    if name == STEP and parting < BACK:
-        return f"{OWN_CURVE}: it goes back in data that were not fitted"
     if name == STEP:
         moment = moment_of(fitted)
         if not EDGE * (last - first) < moment - first < (1.0 - EDGE) * (last - first):
