@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.mismatch.compare import block_z
+from identify.mismatch.compare import block_sums, block_z, without_best
 from identify.mismatch.nameless import (
     AGREED,
     EVIDENCE,
@@ -25,6 +25,7 @@ WAVES = (1.5, 40.0)  # of a sensor's error, over the travel
 JUMPED = "jumps of the position zero"  # words of the preprocessing
 FINER = 21  # numbers of waves around the best, for unseen data may reach further
 SURE = 2.5  # times the usual evidence: what is white noise to a force is not to a sensor
+UNEVEN = 1000.0  # of unseen data, without their two best blocks: slow passes tell nothing of it, and need not agree
 STARTING = 5  # samples of a run whose errors are those of its start
 SLIPS = 5  # prediction errors looked at as jumps of the sensor
 ASIDE = 0.2  # s: another moment
@@ -48,7 +49,8 @@ def encoder_error(here: View, there: View) -> Structure | None:
     weights = -np.linalg.lstsq(seen, here.error, rcond=None)[0]
     gain = gained(there, there.shifted(_ripples(there.foreseen(), best)) @ weights)
     z = block_z(gain)
-    if z < AGREED or float(gain.sum()) < HELD_OUT:
+    agreed = z >= AGREED or without_best(block_sums(gain)) > UNEVEN
+    if not agreed or float(gain.sum()) < HELD_OUT:
         return None
     interval = float(samples.position.min()), float(samples.position.max())
     return Structure("position", interval, evidence, z, 0.0)

@@ -16,7 +16,7 @@ from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_absent, may_be_rigid, unknown
 from identify.mismatch.events import spell
 from identify.mismatch.guise import Guise, Setting, Unknown
-from identify.mismatch.nameless import Structure, simplest_first
+from identify.mismatch.nameless import Structure, gained, simplest_first
 from identify.mismatch.remains import Remains
 from identify.mismatch.result import FoundEffect, Quantity, Verdict
 from identify.mismatch.rules import (
@@ -122,6 +122,31 @@ def test_a_jump_of_the_sensors_zero_leaves_nothing_behind():
     late = noise + 1e-3 * jump
     late[502:505] -= 9e-4
     assert sensor_errors.slip(a_view(late, shifted)) is None
+
+
+def seen_by_the_sensor(fast, wave):
+    """Two views of an axis that strokes to and fro, through errors of the sensor that only `fast` samples show."""
+    t = 0.01 * np.arange(4000)
+    position = 0.5 + 0.5 * np.sin(0.7 * t)
+    noise = np.random.default_rng(12).standard_normal(len(t))
+    error = 1e-5 * (noise + 20.0 * wave * fast * np.cos(2.0 * np.pi * 8.0 * position))
+    view = a_view(error, lambda series: series * np.asarray(fast)[:, None])
+    view.fit.problem.samples.position[:] = position
+    view.foreseen = lambda: view.fit.problem.samples
+    return view
+
+
+@pytest.mark.parametrize(("wave", "found"), [(1.0, True), (0.03, False)])
+def test_a_sensors_error_that_slow_passes_hide_shows_where_unseen_data_are_far_likelier(wave, found):
+    """Such blocks agree on nothing, and are no reason to doubt the others."""
+    moving, t = np.ones(4000), np.arange(4000)
+    now_and_then = np.where(np.isin(t // 250, (3, 8, 13)), 1.0, 1e-3)
+    here, there = seen_by_the_sensor(moving, 1.0), seen_by_the_sensor(now_and_then, wave)
+    true = 2e-4 * now_and_then * np.cos(16.0 * np.pi * there.foreseen().position)
+    assert block_z(gained(there, -true)) < 2.5
+    structure = sensor_errors.encoder_error(here, there)
+    assert (structure is not None) == found
+    assert not found or structure.coordinate == "position"
 
 
 @dataclasses.dataclass
