@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.own_curves import QUARTER
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
 from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
@@ -329,6 +330,24 @@ SPRING_WITH_PLAY = Effect(
 
 
 @law(TO_STEP)
+def _hang(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        turns = TURN * b[MIDDLE + j]
+        b[FORCE + j] += p[j] * cos_turns(turns) + p[LANES + j] * cos_turns(turns - QUARTER)
+
+
+HANGING_ARM = Effect(
+    name="hanging_arm",
+    parameters=(
+        Parameter("across", "N", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="m g l cos(y_0)"),
+        Parameter("along", "N", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="m g l sin(y_0)"),
+    ),
+    laws=(_hang,),
+    source="the weight of an arm or an unbalance, with the sine of the angle",
+)
+
+
+@law(TO_STEP)
 def _thicken(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         away = b[MIDDLE + j] - p[LANES + j]
@@ -412,6 +431,7 @@ EFFECTS = (
     ONE_WAY_PULL,
     SWINGING_LOAD,
     SPRING_WITH_PLAY,
+    HANGING_ARM,
     VISCOUS_ALONG,
     FILM,
     *PLACES,
@@ -454,6 +474,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
     ]
     every += [
         _plays(s, stiff),
+        *_hangs(s),
         _along_travel(s),
         _remembers(s),
         *_afresh(s, force),
@@ -474,6 +495,14 @@ def _plays(s: Setting, stiff: float) -> Guise:
     )
     plays = [share * s.travel for share in (0.02, 0.06, 0.15)]
     return _tried(SPRING_WITH_PLAY, unknowns, [0.03 * stiff], [s.middle], plays, depends="position")
+
+
+def _hangs(s: Setting) -> list[Guise]:
+    """The weight of what a rotary axis turns."""
+    if not s.axis.is_rotary:
+        return []
+    moments = [Unknown(name, 0.1 * s.force, -30.0 * s.force, 30.0 * s.force) for name in ("across", "along")]
+    return [_tried(HANGING_ARM, tuple(moments), [0.03 * s.force], [0.03 * s.force], depends="position")]
 
 
 def _along_travel(s: Setting) -> Guise:

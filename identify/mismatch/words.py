@@ -42,6 +42,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
     "swinging_load": "a part of the mass that swings or sways (a hanging load, a liquid, the frame)",
     "spring_with_play": "a spring behind a free travel (a cable chain, a worn pin)",
+    "hanging_arm": "a weight that turns with the axis (an arm, an unbalance)",
     "viscous_along": "viscous friction that changes along the travel (grease that was pushed to its ends)",
     "film_memory": "dry friction that remembers how fast the axis has run (a film that builds up, heat)",
     "fresh_drag": "dry friction that each reversal raises and that wears off (a seal lip that turns over, a film)",
