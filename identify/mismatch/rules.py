@@ -39,7 +39,7 @@ UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another ef
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
 SLACK = 0.75  # of the latent force: what leaves more, and is not foretold, is no gap, but how the axis breaks away
-EVERYWHERE = 6.0  # z of fitted data and of unseen ones: what all places tell alike needs no free run either
+EVERYWHERE = 6.0  # z of fitted and of unseen data: a wave that all places tell alike needs no free run beside it
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 MUCH = 0.5  # of the latent force, or of the error on unseen data: what leaves less takes most of it
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
@@ -119,7 +119,7 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         return f"it makes data it has not seen less likely (z = {evidence.foreseen_z:.1f})"
     if evidence.support < SUPPORT and evidence.foreseen < -BIC and evidence.unseen > DISTINCT:
         return f"data it has not seen hardly speak for it (evidence {evidence.foreseen:.0f})"
-    if guise.name == GAP and evidence.lacking > SLACK and not (foretold(evidence) or _hinted(evidence)):
+    if guise.name == GAP and evidence.lacking > SLACK and not foretold(evidence):
         return f"it leaves {evidence.lacking:.0%} of the latent force: no gap is so small a part of what is missing"
     if not _hidden_state(guise, evidence):
         both = float(np.sqrt(evidence.free_run * evidence.unseen))
@@ -130,11 +130,6 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         if evidence.unseen > HELD_OUT and not (both < UNFINISHED and evidence.steady < OVERWHELMING):
             return f"data it has not seen are predicted worse ({evidence.unseen:.2f})"
     return misplacement(fitted, guise, evidence, force)
-
-
-def _hinted(evidence: Comparison) -> bool:
-    """True where unseen data are likelier by far, and without their best blocks, too, but not as evenly."""
-    return evidence.foreseen > CONVINCING and evidence.foreseen_z > Z_LEAST and evidence.again > FORESEEN
 
 
 def misplacement(fitted: Fit, guise: Guise, evidence: Comparison, force: float, *, twice: bool = False) -> str | None:
@@ -250,11 +245,12 @@ def _too_much(fitted: Fit, guise: Guise) -> str | None:
 def _hidden_state(guise: Guise, evidence: Comparison) -> bool:
     """True where free runs cannot judge: a most likely spring or gap, whose state at a restart nobody knows.
 
-    Nor where all data, sample by sample, are far likelier everywhere: a free run errs by when the axis breaks away.
+    Nor of a wave that all data, sample by sample, tell in all places: a free run that errs by a part of its period has
+    it at the wrong places.
     """
     stiff = guise.stiff and evidence.z > Z and evidence.steady < OVERWHELMING
     everywhere = min(evidence.z, evidence.foreseen_z) > EVERYWHERE and lasting(evidence)
-    return stiff or everywhere or decided(evidence)
+    return stiff or (guise.wave is not None and everywhere) or decided(evidence)
 
 
 def decided(evidence: Comparison) -> bool:

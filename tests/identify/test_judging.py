@@ -9,7 +9,7 @@ from identify.mismatch.compare import Comparison, run_lengths
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Unknown
 from identify.mismatch.result import FoundEffect, Quantity
-from identify.mismatch.rules import refusal
+from identify.mismatch.rules import _hidden_state, refusal
 from tests.identify.test_nameless import drag_on_a_machine
 
 
@@ -42,6 +42,17 @@ def test_overwhelming_evidence_that_takes_latent_force_away_needs_no_free_run():
     assert weighed(foreseen_z=2.7) is None, "fitted and unseen data agree together"
     for weak in ({"lacking": 0.5}, {"again": 90.0}, {"foreseen_z": 2.0}):
         assert "predict" in weighed(**weak)
+
+
+@pytest.mark.parametrize(
+    ("wave", "z", "hidden"),
+    [(("amplitude", "phase"), 14.8, True), (("amplitude", "phase"), 5.0, False), (None, 14.8, False)],
+)
+def test_a_wave_that_all_places_tell_needs_no_free_run(wave, z, hidden):
+    """A free run that errs by a part of its period has it at the wrong places: a judge's ripple of 4.4 mm left 1.6."""
+    guise = SimpleNamespace(stiff=False, wave=wave)
+    told = Comparison(-7429.0, z, -6160.0, 0.85, 1.6, foreseen=4283.0, foreseen_z=7.8, again=3348.0, lacking=0.91)
+    assert _hidden_state(guise, told) is hidden
 
 
 def test_no_parameter_is_better_known_than_the_curve_it_belongs_to():
