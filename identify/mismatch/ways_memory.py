@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
+LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one, heavier ones on a stiffer one
+STIFF_BELT, FASTEST = 1e6, 150.0  # N/m, Hz: what is stiffer swings no faster
+SWINGS = 4.6, 9.2, 18.4, 36.8, 73.5, 147.0  # Hz: where the search for a transmission begins
+DAMPED_SO = 0.045  # of the critical damping, there
 GIVES = 0.3  # of the gap: flanks that give more are a soft transmission
 FINER = 1.22  # ratio of one start of a gap to the next: one of another size is no start, what it does is not linear
 NARROWEST, WIDEST = 3e-5, 9e-3  # m: starts between which every machine is asked
@@ -94,13 +97,16 @@ def compliance(e: Effect, s: Setting) -> list[Guise]:
         return []
     swings = motor * (1.0 - motor) * s.mass
     light = min(1.0, swings / LIGHT)
-    stiffest = min(1e6, _stiffest(s, swings))
+    stiffest = min(max(STIFF_BELT, (2.0 * math.pi * FASTEST) ** 2 * swings), _stiffest(s, swings))
     unknowns = (
         Unknown("stiffness", 3e4 * light, 1e3 * light, stiffest, log=True),
-        Unknown("damping", 30.0 * light, 0.3 * light, 1e4, log=True, spread=2.0),
+        Unknown(
+            "damping", 30.0 * light, 0.3 * light, max(1e4, 2.0 * math.sqrt(stiffest * swings)), log=True, spread=2.0
+        ),
     )
-    ways = ((2.5e3, 8.0), (1e4, 15.0), (4e4, 30.0), (1.6e5, 60.0), (6.4e5, 120.0))
-    rows = np.array([(light * k, light * d) for k, d in ways if light * k < stiffest])
+    rates = 2.0 * math.pi * np.array(SWINGS)
+    stiff = swings * rates**2
+    rows = np.column_stack([stiff, 2.0 * DAMPED_SO * swings * rates])[stiff < stiffest]
     if not len(rows):
         return []
     usual = _parted(Guise(e, unknowns, rows, stiff=True, swings=swings), s)

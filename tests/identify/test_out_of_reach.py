@@ -88,6 +88,31 @@ def test_a_soft_transmission_is_among_the_starts():
     assert softest < 3e3
 
 
+def test_the_transmission_of_a_heavy_machine_may_be_stiffer_and_is_as_damped():
+    """One of 9.9 MN/m that swings at 100 Hz was `no_mismatch`, another a wrong mass: 1 MN/m was the stiffest."""
+
+    def looked_for(scale, sample_time=0.002):
+        mechanics = replace(paper_axis().mechanics, M=10.0 * scale, J=scale * paper_axis().mechanics.J)
+        at = setting(Axis("x", mechanics), mass=mechanics.moving_mass, sample_time=sample_time)
+        return compliance(find("transmission_compliance"), at)[0]
+
+    def swings(guise):
+        stiffness, damping = guise.starts[:, 0], guise.starts[:, 1]
+        return np.sqrt(stiffness / guise.swings) / (2 * np.pi), damping / (2 * np.sqrt(stiffness * guise.swings))
+
+    usual, heavy = looked_for(1.0), looked_for(100.0)
+    (hertz, ratio), (slower, alike) = swings(usual), swings(heavy)
+    assert heavy.swings == pytest.approx(100.0 * usual.swings)
+    assert slower == pytest.approx(hertz)
+    assert alike == pytest.approx(ratio)
+    fastest = np.sqrt(heavy.unknown("stiffness").high / heavy.swings) / (2 * np.pi)
+    assert 140.0 < fastest < 160.0
+    assert slower.max() < fastest
+    assert heavy.unknown("damping").high > 2.0 * heavy.starts[-1, 1]
+    sampled = looked_for(100.0, 0.01)
+    assert np.sqrt(sampled.unknown("stiffness").high / sampled.swings) == pytest.approx(np.pi / 0.01)
+
+
 @pytest.mark.parametrize("known", [True, False])
 def test_two_masses_are_looked_for_where_nobody_knows_how_much_they_are_in_all(known):
     """The axis file says how they share it; a gap of 0.3 mm had no name where `inertia_known` was false."""
