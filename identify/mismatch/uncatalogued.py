@@ -501,8 +501,9 @@ def _hangs(s: Setting) -> list[Guise]:
     """The weight of what a rotary axis turns."""
     if not s.axis.is_rotary:
         return []
-    moments = [Unknown(name, 0.1 * s.force, -30.0 * s.force, 30.0 * s.force) for name in ("across", "along")]
-    return [_tried(HANGING_ARM, tuple(moments), [0.03 * s.force], [0.03 * s.force], depends="position")]
+    moments = tuple(Unknown(name, 0.1 * s.force, -30.0 * s.force, 30.0 * s.force) for name in ("across", "along"))
+    starts = 0.03 * s.force * np.array([(np.cos(angle), np.sin(angle)) for angle in TWO_PI * np.arange(LANES) / LANES])
+    return [Guise(HANGING_ARM, moments, starts, depends="position")]
 
 
 def _along_travel(s: Setting) -> Guise:

@@ -16,11 +16,12 @@ from identify.mismatch.remains import Remains
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
 from identify.mismatch.words import STRANGE
+from plant.axis import Axis, Drive, Mechanics, Orientation, Sensor
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.presets import paper_axis
 from plant.recording_files import read_recording_entry
-from tests.identify.small_machine import AXIS, STEP, driven, dry
+from tests.identify.small_machine import AXIS, MASS, STEP, driven, dry
 from tests.reference.cases import CaseSpec, draw_case, write_case
 from tests.second.cases import CaseSpec as SecondSpec
 from tests.second.cases import UndrawableError
@@ -206,6 +207,24 @@ def test_an_amplifier_that_gives_more_one_way_is_no_friction_that_differs():
     assert "another for positive than for negative torque" in found.explanation
 
 
+ARM = Mechanics(orientation=Orientation.ROTARY, M=0.0, J=1e-2 * MASS, Rc=1.0, force_per_torque=1.0)
+JOINT = Axis("joint", ARM, Drive(rated_force=20.0), Sensor(position_resolution=1e-5))
+
+
+def turned(seed, resists):
+    """The same machine behind a lever of 0.1 m: 4 rad of travel."""
+    one = driven(seed, resists)
+    return dataclasses.replace(one, position=10.0 * one.position, force=0.1 * one.force)
+
+
+def test_the_weight_of_an_arm_is_no_spring():
+    """Over four radians it pulls with the sine of its angle."""
+    found = diagnose([turned(seed, lambda t, y, v: (dry(v), 6.0 * np.sin(10.0 * y - 0.7))) for seed in (1, 2)], JOINT)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "position"
+    assert "a weight that turns with the axis" in found.explanation
+
+
 def test_a_payload_that_is_carried_one_way_is_no_wrong_mass():
     """It was a wrong mass with friction that grows along the travel."""
     one_way = lambda v: 3.0 if v > 0.0 else 0.0  # noqa: E731
@@ -278,20 +297,25 @@ def test_a_drive_that_ramps_its_force_is_neither_late_nor_weak():
     assert "no faster than" in found.explanation
 
 
+def tried(*named):
+    """Every way on a linear and on a rotary axis."""
+    return uncatalogued(setting(), named) + uncatalogued(setting(JOINT), named)
+
+
 def test_nothing_of_it_may_be_named_and_all_of_it_has_words():
-    strange = uncatalogued(setting())
+    strange = tried()
     assert {guise.name for guise in strange} == {effect.name for effect in EFFECTS} == set(STRANGE)
     assert not {guise.name for guise in strange} & set(names())
     assert all(guise.depends is not None for guise in strange)
 
 
 def test_a_plug_in_gives_it_a_name():
-    without = {guise.name for guise in uncatalogued(setting(), {"frictional_lag"})}
+    without = {guise.name for guise in tried("frictional_lag")}
     assert without == {effect.name for effect in EFFECTS} - {"frictional_lag"}
 
 
 def test_starts_lie_within_bounds():
-    for guise in uncatalogued(setting()):
+    for guise in tried():
         low, high = guise.bounds()
         starts = guise.scaled_starts()
         assert np.isfinite(starts).all()
