@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one, heavier ones on a stiffer one
+LIGHT = 3.0  # kg on a spring: lighter ones swing as fast on a softer one
 STIFF_BELT, FASTEST = 1e6, 150.0  # N/m, Hz: what is stiffer swings no faster
 SWINGS = 4.6, 9.2, 18.4, 36.8, 73.5, 147.0  # Hz: where the search for a transmission begins
 DAMPED_SO = 0.045  # of the critical damping, there

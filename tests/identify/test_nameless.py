@@ -125,7 +125,7 @@ def test_a_jump_of_the_sensors_zero_leaves_nothing_behind():
 
 
 def seen_by_the_sensor(fast, wave):
-    """Two views of an axis that strokes to and fro, through errors of the sensor that only `fast` samples show."""
+    """A view of an axis that strokes to and fro, whose sensor errs by a `wave` that only `fast` samples (n,) show."""
     t = 0.01 * np.arange(4000)
     position = 0.5 + 0.5 * np.sin(0.7 * t)
     noise = np.random.default_rng(12).standard_normal(len(t))
