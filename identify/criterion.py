@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.kernels.smoothing import parabolas
+from identify.observer import FREE_RUN
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
 
@@ -21,7 +22,7 @@ Ints = NDArray[np.int64]
 
 RUN_LENGTH = 1.0  # s: tells models apart and does not drown in drift (docs/identification.md)
 REACHES = np.array([2, 3, 5, 8, 12, 18, 27])  # samples to each side of a smoothed state, see `parabolas`
-FREE = np.zeros(4)
+FREE = np.array(FREE_RUN)
 
 
 def noise_level(series: Floats, order: int = 3) -> float:

@@ -19,7 +19,7 @@ CONVERGED = 1.0  # of the loss, between the best and the worst individual
 
 
 def evolve(problem: FrictionProblem, gain: Floats, known: Floats, rng: Generator) -> tuple[Floats, int]:
-    """Let a population that holds `known` (p,) evolve at observer gains (4,).
+    """Let a population that holds `known` (p,) evolve at observer gains (5,).
 
     Returns:
         The parameters of all individuals, best first (POPULATION, p), and candidate runs spent.

@@ -31,7 +31,7 @@ def gain_drift(problem: FrictionProblem, x: Floats, gain: Floats, free: NDArray[
     Args:
         problem: what was fitted.
         x: its optimum. (size,)
-        gain: of the observer there; nothing drifts where it is none. (4,)
+        gain: of the observer there; nothing drifts where it is none. (5,)
         free: indices of the unknowns that are not at a bound. (q,)
         prior: precision that the data did not bring. (q, q)
     """

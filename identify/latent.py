@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.observer import strength
 from identify.problem import FrictionProblem
 
 Floats = NDArray[np.float64]
@@ -21,8 +20,8 @@ def latent_force(problem: FrictionProblem, x: Floats, gain: Floats) -> float:
     Args:
         problem: what was fitted.
         x: where its search ended. (size,)
-        gain: of the observer there. (4,)
+        gain: of the observer there. (5,)
     """
     error = problem.jacobian(x, gain)[0][problem.samples.valid]
     noise = float(np.sqrt(max(1.0 - gain[0], LEAST_NOISE) * np.mean(error**2)))
-    return strength(gain, problem.samples.sample_time) * noise * float(problem.law(x[None])[4, 0])
+    return float(gain[4]) * noise * float(problem.law(x[None])[4, 0])

@@ -15,11 +15,11 @@ from scipy.linalg import solve_discrete_are
 CORRELATION_TIMES = (0.03, 0.15, 1.0)  # s; one alone invites false findings when the unmodelled force is slow
 RATIOS = tuple(10.0 ** (0.5 * k) for k in range(1, 9))  # 1/s^2, half decades
 STRONGEST = 0.1  # of rho T_s^2: beyond it the observer forgets within five samples and explains the friction itself
-FREE_RUN = (0.0, 0.0, 0.0, 0.0)
+FREE_RUN = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def kalman_gain(sample_time: float, correlation_time: float, ratio: float) -> tuple[float, float, float, float]:
-    """Steady-state gains L1 [1], L2 [1/s], L3 [1/s²] and phi [1].
+def kalman_gain(sample_time: float, correlation_time: float, ratio: float) -> tuple[float, float, float, float, float]:
+    """Steady-state gains L1 [1], L2 [1/s], L3 [1/s²], and phi [1] and rho [1/s²] they are of.
 
     Args:
         sample_time: T_s. [s]
@@ -34,7 +34,7 @@ def kalman_gain(sample_time: float, correlation_time: float, ratio: float) -> tu
     measure = np.array([[1.0, 0.0, 0.0]])
     covariance = solve_discrete_are(transition.T, measure.T, noise, np.eye(1))
     gain = covariance[:, 0] / (covariance[0, 0] + 1.0)
-    return float(gain[0]), float(gain[1] / sample_time), float(gain[2] / sample_time**2), phi
+    return float(gain[0]), float(gain[1] / sample_time), float(gain[2] / sample_time**2), phi, ratio
 
 
 @lru_cache(maxsize=64)
@@ -42,7 +42,7 @@ def gain_table(sample_time: float) -> tuple[NDArray[np.float64], NDArray[np.floa
     """All gains of the grid, the free run first.
 
     Returns:
-        gains (4, g) as the predictor takes them, and (2, g) with tau [s] and rho [1/s²] (0, 0 for the free run).
+        gains (5, g) as the predictors take them, and (2, g) with tau [s] and rho [1/s²] (0, 0 for the free run).
     """
     gains, settings = [FREE_RUN], [(0.0, 0.0)]
     for tau in CORRELATION_TIMES:
@@ -52,10 +52,3 @@ def gain_table(sample_time: float) -> tuple[NDArray[np.float64], NDArray[np.floa
             gains.append(kalman_gain(sample_time, tau, rho))
             settings.append((tau, rho))
     return np.ascontiguousarray(np.array(gains).T), np.array(settings).T
-
-
-def strength(gain: NDArray[np.float64], sample_time: float) -> float:
-    """Return rho [1/s²] of a gain (4,) of the table; 0 for the free run and for gains that are not of it."""
-    gains, settings = gain_table(sample_time)
-    found = np.flatnonzero((gains == gain[:, None]).all(axis=0))
-    return float(settings[1, found[0]]) if len(found) else 0.0

@@ -88,7 +88,7 @@ def nothing_left(problem: FrictionProblem, x: Floats) -> bool:
 
 
 def _ladder(problem: FrictionProblem, rng: Generator) -> Floats:
-    """Observer gains from the weakest to the one that tracks random candidates best. (4, g)"""
+    """Observer gains from the weakest to the one that tracks random candidates best. (5, g)"""
     gains, settings = gain_table(problem.samples.sample_time)
     rungs = np.flatnonzero(settings[0] == LADDER[0])
     low, high = problem.bounds
@@ -98,7 +98,7 @@ def _ladder(problem: FrictionProblem, rng: Generator) -> Floats:
 
 
 def _steps_down(rungs: Floats, decades: tuple[float, ...]) -> Floats:
-    """Gains so many decades below the strongest of the rungs (4, g), half a decade each. (4, k)"""
+    """Gains so many decades below the strongest of the rungs (5, g), half a decade each. (5, k)"""
     last = rungs.shape[1] - 1
     return rungs[:, sorted({max(last - round(2 * down), 0) for down in decades}, reverse=True)]
 

@@ -89,7 +89,7 @@ def polish_all(
     race: bool = False,
     pinned: int | slice | None = None,
 ) -> Ends:
-    """Descend from each of the points x (k, size) at gains (4,) or (4, k), side by side.
+    """Descend from each of the points x (k, size) at gains (5,) or (5, k), side by side.
 
     A point rests when an iteration gains, or a failed one promised, `enough` or less. In a `race` all stop as soon as
     the best one rests. Unknowns `pinned` stay what they are at each point.
@@ -125,7 +125,7 @@ def polish_all(
 
 
 def linearise(problem: FrictionProblem, x: Floats, gains: Floats) -> Linearised:
-    """Losses of the points x (k, size) at gains (4, k) and their Gauss-Newton models, from forward differences.
+    """Losses of the points x (k, size) at gains (5, k) and their Gauss-Newton models, from forward differences.
 
     The starts of all runs are moved together: a run's errors depend on its own start alone.
     """

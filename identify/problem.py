@@ -213,7 +213,7 @@ class FrictionProblem:
         return np.ascontiguousarray(self.first_state.reshape(-1)[:, None] + x[:, self.p :].T * self.start_units)
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
-        """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        """Prediction errors of candidates x (m, size) with gains (5,) or (5, m). (n, m) [m], a reused buffer."""
         m = len(x)
         padded = -(-m // WIDTH) * WIDTH
         fill = np.minimum(np.arange(padded), m - 1)

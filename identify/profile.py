@@ -50,7 +50,7 @@ def alternatives(problem: FrictionProblem, x: Floats, gain: Floats, spread: Unce
     Args:
         problem: searched; the refits march in the search's own coarse steps, weak windows need no micrometres.
         x: its optimum. (size,)
-        gain: of the observer there. (4,)
+        gain: of the observer there. (5,)
         spread: intervals at x; their inflation over white errors widens what counts as not rejected.
     """
     best = float(problem.losses(x[None], gain)[0])

@@ -46,7 +46,7 @@ def reachable(problem: FrictionProblem, found: SearchResult) -> SearchResult:
 
 
 def _reached(problem: FrictionProblem, found: SearchResult, stronger: Floats) -> bool:
-    """Whether a step under the stronger observer (4,) and one under the found's own end where they began."""
+    """Whether a step under the stronger observer (5,) and one under the found's own end where they began."""
     x, own = found.x, found.gain
     error = np.sqrt(np.diag(_newton(problem, x, *problem.jacobian(x, own))[1]))
     away = np.clip(x + _newton(problem, x, *problem.differences(x, stronger))[0], *problem.bounds)

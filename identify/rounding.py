@@ -27,7 +27,7 @@ def rounding_scatter(problem: FrictionProblem, x: Floats, gain: Floats, towards:
     Args:
         problem: what was fitted.
         x: its optimum. (size,)
-        gain: of the observer there. (4,)
+        gain: of the observer there. (5,)
         towards: what a change of the prediction errors moves those unknowns by. [1/m] (q, n)
         variance: of those unknowns for all other reasons. (q,)
     """

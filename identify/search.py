@@ -53,7 +53,7 @@ class SearchResult:
     Attributes:
         x: unknowns of the problem. (size,)
         criterion: their loss, or eq. (4) for the paper's search.
-        gain: observer gains at the end, all zero for a free run. (4,)
+        gain: observer gains at the end, all zero for a free run. (5,)
         setting: tau [s] and rho [1/s²] of the observer. (2,)
         evaluations: candidate runs spent.
         free_run: whether eq. (4) was asked for, so that the gain is to stay zero.
@@ -140,7 +140,7 @@ def _search(problem: FrictionProblem, path: _Homotopy, rng: Generator, start: Fl
 def homotopy(
     problem: FrictionProblem, x: Floats, gains: Floats, settings: Floats, rng: Generator, rounds: int = ROUNDS
 ) -> SearchResult:
-    """Polish points x (k, size) under a gain homotopy over gains (4, g), settings (2, g); the likeliest end."""
+    """Polish points x (k, size) under a gain homotopy over gains (5, g), settings (2, g); the likeliest end."""
     return _Homotopy(problem, gains, settings, rng).follow(x, rounds)
 
 
@@ -252,7 +252,7 @@ class _Homotopy:
             coarse: the problem in long steps.
             start: a known answer, polished at its own likeliest gain.
             witnesses: points (w, size) that know nothing of it; the best of them counts.
-            gain: strong, for the witnesses to begin at. (4,)
+            gain: strong, for the witnesses to begin at. (5,)
         """
         afar = polish_all(coarse, witnesses, gain, 12, AFAR, race=True)
         self.evaluations += afar.evaluations
@@ -277,7 +277,7 @@ def nearby(settings: Floats, index: int) -> Ints:
 
 
 def losses_by_gain(problem: FrictionProblem, x: Floats, gains: Floats) -> Floats:
-    """Losses of the candidates x (k, size) at all gains (4, g). (k, g)"""
+    """Losses of the candidates x (k, size) at all gains (5, g). (k, g)"""
     k, g = len(x), gains.shape[1]
     return problem.losses(np.repeat(x, g, axis=0), np.tile(gains, k)).reshape(k, g)
 

@@ -73,7 +73,7 @@ class Uncertainty:
 
 
 def uncertainty(problem: FrictionProblem, x: Floats, gain: Floats) -> Uncertainty:
-    """Uncertainty of the unknowns x (size,) that minimise the loss at observer gains (4,)."""
+    """Uncertainty of the unknowns x (size,) that minimise the loss at observer gains (5,)."""
     low, high = problem.bounds
     at_bound = (x <= low + AT_BOUND) | (x >= high - AT_BOUND)
     free = np.flatnonzero(~at_bound | _unheld(problem, x, gain, at_bound))

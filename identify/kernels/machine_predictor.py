@@ -6,6 +6,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from identify.kernels.machine_gain import (
+    ALIKE,
+    ALIKE_LATENT,
+    ALIKE_SPEED,
+    DECAY,
+    LATENT,
+    LOAD,
+    LOAD_SPEED,
+    MOTOR,
+    MOTOR_SPEED_GAIN,
+)
 from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import (
     AGAINST,
@@ -55,16 +66,16 @@ def _settled(b: Floats, j: int, force: float) -> float:
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _correct(b: Rows, d: Rows, gain: Rows, error: Rows, lanes: int) -> None:
-    """Correct position, velocity and the latent acceleration d by the error; the latent force acts until the next."""
+    """Correct both masses and the latent acceleration d by the error; the latent force acts until the next."""
     for j in range(lanes):
-        e = error[j]
-        latent = gain[3 * LANES + j] * d[j] + gain[2 * LANES + j] * e
-        dy, dv = gain[j] * e, gain[LANES + j] * e
+        e, gap = error[j], b[HALF_GAP + j]
+        apart = gap > 0.0 and abs(b[MOTOR_POSITION + j] - b[POSITION + j]) <= gap
+        latent = gain[DECAY * LANES + j] * d[j] + gain[(ALIKE_LATENT if apart else LATENT) * LANES + j] * e
         d[j] = latent
-        b[POSITION + j] += dy
-        b[SPEED + j] += dv
-        b[MOTOR_POSITION + j] += dy
-        b[MOTOR_SPEED + j] += dv
+        b[POSITION + j] += gain[(ALIKE if apart else LOAD) * LANES + j] * e
+        b[SPEED + j] += gain[(ALIKE_SPEED if apart else LOAD_SPEED) * LANES + j] * e
+        b[MOTOR_POSITION + j] += gain[(ALIKE if apart else MOTOR) * LANES + j] * e
+        b[MOTOR_SPEED + j] += gain[(ALIKE_SPEED if apart else MOTOR_SPEED_GAIN) * LANES + j] * e
         b[EXTRA + j] = (b[MASS + j] + b[MOTOR_MASS + j]) * latent
 
 
@@ -105,7 +116,7 @@ def predict_machine(
         substeps: sub-steps per sample, >= 1.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
         start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
-        gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, LANES)
+        gain: of the observer, as `identify.kernels.machine_gain` names its rows. (GAINS, LANES)
         memory: of each run that another leads to, what effects, bristles and a transmission remember by then. Without
             it a run begins as if nothing had been, its transmission bent by the drive force; the first of a recording,
             by its shares of drive force and weight. (runs or 0, rows * LANES)

@@ -48,7 +48,7 @@ def predict(
         substeps: sub-steps per sample, >= 1.
         law: rows F_c, F_s - F_c, 1/v_s, F_v, m_e, M g + F_0. (6, m)
         start: rows y, v of run 0, y, v of run 1, ... at the runs' first samples. (2 runs, m)
-        gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer. (4, m)
+        gain: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1] of the observer, and what they are of. (>= 4, m)
         error: measured minus predicted position. [m] (n, m)
     """
     n = force.shape[0]

@@ -257,7 +257,7 @@ def without_best(sums: Floats) -> float:
 
 
 def _likelihood(fitted: Fit, samples: Samples, gains: Floats) -> Floats:
-    """Log-likelihood of other samples, each predicted from those before it, at the likelier of gains (4, k). (n,)
+    """Log-likelihood of other samples, each predicted from those before it, at the likelier of gains (5, k). (n,)
 
     Errors are taken to follow Student's t: an event that no model knows of is no reason to prefer one.
     """

@@ -396,7 +396,7 @@ def _judged(poorer: Fit, step: Step, unseen: Samples) -> Step:
 def _first_look(
     current: Fit, problem: ExtendedProblem, guise: Guise, points: Floats, seen: Floats
 ) -> tuple[Floats, float]:
-    """Short polishes at the gains `seen` (4, k) and at the likeliest one: where they end, and how much likelier.
+    """Short polishes at the gains `seen` (5, k) and at the likeliest one: where they end, and how much likelier.
 
     Where the effect is stays as it was seen at first: far from the optimum, its slope leads anywhere.
     """

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criterion import FREE
+from identify.kernels.machine_gain import machine_gains
 from identify.kernels.machine_predictor import predict_machine
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
@@ -22,6 +23,7 @@ from identify.threads import side_by_side
 from plant.axis import Axis
 from plant.effects.effect import Surroundings
 from plant.kernels.laws import LANES
+from plant.kernels.machine import TWO_MASSES
 from plant.machine import Blocks, Plan, drive_forces, for_lanes
 
 Floats = NDArray[np.float64]
@@ -170,13 +172,13 @@ class ExtendedProblem(FrictionProblem):
             return self.plan.blocks(friction, values, mass=law[4], constant_force=constant, speed=s.speed)
 
     def errors(self, x: Floats, gain: Floats) -> Floats:
-        """Prediction errors of candidates x (m, size) with gains (4,) or (4, m). (n, m) [m], a reused buffer."""
+        """Prediction errors of candidates x (m, size) with gains (5,) or (5, m). (n, m) [m], a reused buffer."""
         return self.disturbed(x, gain)
 
     def free_runs(self, x: Floats, gain: Floats) -> Floats:
         """Errors of free runs of x (size,) from their given starts. [m] (n,)
 
-        Where one run leads to the next, effects begin with what an observer of this `gain` (4,) makes of the data
+        Where one run leads to the next, effects begin with what an observer of this `gain` (5,) makes of the data
         before it: how long the axis has rested, which flank a gap touches, how far a transmission is bent.
         """
         memory = self._memory(x, gain)
@@ -204,7 +206,7 @@ class ExtendedProblem(FrictionProblem):
 
         Args:
             x: candidates. (m, size)
-            gain: of the observer. (4,) or (4, m)
+            gain: of the observer. (5,) or (5, m)
             push: on top of the drive's force. [N] (n, m)
             shift: on top of the measured position; what is known of the starts stays. [m] (n, m)
             memory: of one candidate, what its runs begin with, or room for it where it `goes_on`. (runs, rows * LANES)
@@ -228,6 +230,9 @@ class ExtendedProblem(FrictionProblem):
 
         def march(i: int) -> None:
             lanes = slice(i * LANES, (i + 1) * LANES)
+            machines = min(m - i * LANES, LANES)
+            rigid = np.ascontiguousarray(gains[:, lanes])
+            two = bool(blocks.structure & TWO_MASSES)
             drive = self.drive(blocks.delay[fill[lanes]])
             if push is not None:
                 drive = _on_top(drive, push[:, fill[lanes]])
@@ -247,7 +252,7 @@ class ExtendedProblem(FrictionProblem):
                 substeps,
                 blocks.observed,
                 np.ascontiguousarray(start[:, lanes]),
-                np.ascontiguousarray(gains[:, lanes]),
+                machine_gains(blocks.b[i], rigid, two, blocks.observed, s.sample_time, machines),
                 NOTHING if memory is None else memory,
                 goes_on,
                 _aligned(blocks.b.shape[1] + LANES),

@@ -33,7 +33,7 @@ class View:
     Attributes:
         fit: model, and where its search ended.
         x: its unknowns on these samples. (size,)
-        gain: of the observer. (4,)
+        gain: of the observer. (5,)
         error: prediction errors past what the unknowns can do. [m] (n,)
         basis: orthonormal directions of the unknowns. (n, k)
         variance: of the errors. [m²]
@@ -48,7 +48,7 @@ class View:
 
     @classmethod
     def of(cls, fit: Fit, gain: Floats) -> View:
-        """See `fit` at observer gains (4,)."""
+        """See `fit` at observer gains (5,)."""
         error, slope = fit.problem.jacobian(fit.x, gain)
         basis = swallowed(fit.problem, error, slope)
         rest = error - basis @ (basis.T @ error)

@@ -51,7 +51,7 @@ def moved(found: Fit, guise: Guise) -> Fit:
 
 
 def scattered(problem: ExtendedProblem, guise: Guise, x: Floats, gains: Floats) -> Floats:
-    """The likeliest of a cloud around each of the points x (k, size) whose unknowns of `guise` vary, at `gains` (4, k).
+    """The likeliest of a cloud around each of the points x (k, size) whose unknowns of `guise` vary, at `gains` (5, k).
 
     A start of a gap that is a quarter too wide lies on another peak, and a short polish stays there.
     """

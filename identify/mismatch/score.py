@@ -34,12 +34,12 @@ class Lead:
 
 
 def leads(fit: Fit, guises: list[Guise], gain: Floats) -> list[Lead]:
-    """The best starting point of every guise at observer gains (4,), most telling first."""
+    """The best starting point of every guise at observer gains (5,), most telling first."""
     return leads_at(fit, guises, gain[:, None])[0]
 
 
 def leads_at(fit: Fit, guises: list[Guise], gains: Floats) -> list[list[Lead]]:
-    """The same at each of several gains (4, g): the starts of all share the lanes of one run of the predictor."""
+    """The same at each of several gains (5, g): the starts of all share the lanes of one run of the predictor."""
     views = [_View(fit, gain) for gain in gains.T]
     found: list[list[Lead]] = [[] for _ in views]
     for guise in guises:
