@@ -53,7 +53,11 @@ class Evidence:
 
 
 def gather(
-    recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST, removed: tuple[str, ...] = ()
+    recordings: Sequence[Recording],
+    axis: Axis,
+    judges: Judges = Judges.LAST,
+    removed: tuple[str, ...] = (),
+    only: int | None = None,
 ) -> Evidence:
     """Split usable recordings into what is fitted and what judges (docs/json.md).
 
@@ -63,16 +67,12 @@ def gather(
         judges: what is held out; the part of the last of several recordings is its beginning where the axis travels
             less at the end, and a single recording has no others.
         removed: what was left out before, in words.
+        only: number of the one recording of today that is asked, by itself; None: all.
     """
-    ready = [prepare(recording, axis) for recording in recordings]
-    slowest = max(samples.sample_time for samples in ready)
-    if any(samples.sample_time < 0.7 * slowest for samples in ready):
-        common = dataclasses.replace(axis, analysis_sample_time=slowest)
-        ready = [prepare(recording, common) for recording in recordings]
-    before = [s for s, r in zip(ready, recordings, strict=True) if r.note.strip() == "commissioning"]
-    now = [s for s, r in zip(ready, recordings, strict=True) if r.note.strip() != "commissioning"]
-    if not now:
-        now, before = before, []
+    ready = at_one_rate(recordings, axis)
+    today = of_today(recordings)
+    before = [samples for number, samples in enumerate(ready) if number not in today]
+    now = [ready[number] for number in ([only] if only is not None else today)]
     *others, last = now
     removed = tuple(dict.fromkeys([*removed, *(line for samples in ready for line in samples.removed)]))
     if others and judges is not Judges.PART:
@@ -87,6 +87,22 @@ def gather(
             fitted, held_out = last.part(len(last) - cut, len(last)), start
         train, kind = join([*others, fitted]), "time"
     return Evidence(train, held_out, kind, judges, join(before) if before else None, removed, digest(recordings))
+
+
+def of_today(recordings: Sequence[Recording]) -> list[int]:
+    """Numbers of the recordings that are not of commissioning; all, where there are no others."""
+    numbers = range(len(recordings))
+    return [number for number in numbers if recordings[number].note.strip() != "commissioning"] or list(numbers)
+
+
+def at_one_rate(recordings: Sequence[Recording], axis: Axis) -> list[Samples]:
+    """Usable recordings as samples, all as slow as the slowest."""
+    ready = [prepare(recording, axis) for recording in recordings]
+    slowest = max(samples.sample_time for samples in ready)
+    if any(samples.sample_time < 0.7 * slowest for samples in ready):
+        common = dataclasses.replace(axis, analysis_sample_time=slowest)
+        ready = [prepare(recording, common) for recording in recordings]
+    return ready
 
 
 def digest(recordings: Sequence[Recording]) -> str:

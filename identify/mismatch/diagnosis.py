@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
+from identify.mismatch.alone import loudest_alone
 from identify.mismatch.baseline import felt, fit_baseline, read_again, read_torque
 from identify.mismatch.carried import carried
 from identify.mismatch.compare import Fit, fit
@@ -106,10 +107,22 @@ def conclude(
     if reason is not None:
         return _insufficient(recordings, axis, seed, reason)
 
-    def judged_by(judges: Judges) -> Conclusion | Diagnosis:
-        gathered = gather(recordings, axis, judges, still)
-        return _known_before(_selected(recordings, gathered, axis, doubtful, seed, progress))
+    def asked(gathered: Evidence, of: Sequence[Recording] = recordings) -> Conclusion | Diagnosis:
+        return _known_before(_selected(of, gathered, axis, doubtful, seed, progress))
 
+    together = _together(lambda judges: asked(gather(recordings, axis, judges, still)))
+    if isinstance(together, Diagnosis) or together.verdict is not Verdict.NO_MISMATCH:
+        return together
+    progress(Doing(Stage.BASELINE, "each recording by itself"))
+    loudest = loudest_alone(together, recordings, still, doubtful)
+    if loudest is None:
+        return together
+    alone = asked(loudest.evidence, loudest.recordings)
+    return alone if isinstance(alone, Conclusion) and loudest.stands(alone) else together
+
+
+def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusion | Diagnosis:
+    """What all recordings say: judged by the last, and by others where that may tell more."""
     first = judged_by(Judges.LAST)
     if isinstance(first, Diagnosis):
         return first

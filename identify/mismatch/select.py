@@ -414,8 +414,7 @@ def _try_twins(selection: Selection, search: Search) -> None:
     """Fit the last effect's twins that no shortlist had room for: a name is sure only where its twins were tried."""
     index = len(selection.steps) - 1
     last, tried = selection.steps[index], {step.guise.name for step in selection.rivals[index]}
-    taken = {step.guise.name for step in selection.steps}
-    untried = TWINS.get(last.guise.name, frozenset()) - tried - taken
+    untried = TWINS.get(last.guise.name, frozenset()) - tried - set(selection.chosen.names)
     if not untried & search.names:
         return
     rest = selection.baseline if len(selection.chosen.problem.guises) == 1 else without(selection.chosen, last.guise)
