@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from identify.mismatch.inverse import effect_force, unexplained
 from identify.mismatch.locate import coordinates
 from identify.mismatch.residual import setting_of
 from identify.mismatch.result import Verdict
+from identify.mismatch.select import TWINS, _try_twins
 from identify.mismatch.ways import guises
 from identify.observer import gain_table
 from identify.preprocess import prepare
@@ -322,3 +324,13 @@ def test_a_constant_force_that_the_baseline_may_have_is_told(pull, told):
     if told:
         value, half = map(float, said.groups())
         assert abs(value - pull) < half < 0.2
+
+
+def test_a_twin_that_the_model_already_has_for_its_clocks_is_not_fitted_again():
+    """AX-0007: a transmission beside clocks that are apart had a second dead time, without a prior."""
+    last = SimpleNamespace(guise=SimpleNamespace(name="transmission_compliance"))
+    tried = [SimpleNamespace(guise=SimpleNamespace(name=name)) for name in TWINS["transmission_compliance"]]
+    rivals = [[step for step in tried if step.guise.name != "dead_time"]]
+    chosen = SimpleNamespace(names=("dead_time", "transmission_compliance"))
+    nobody = SimpleNamespace(names={"dead_time"})  # cannot explore
+    _try_twins(SimpleNamespace(steps=[last], rivals=rivals, chosen=chosen), nobody)
