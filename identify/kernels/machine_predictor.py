@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from identify.kernels.machine_gain import (
+from identify.kernels.transmission_gain import (
     ALIKE,
     ALIKE_LATENT,
     ALIKE_SPEED,
@@ -65,17 +65,33 @@ def _settled(b: Floats, j: int, force: float) -> float:
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _correct(b: Rows, d: Rows, gain: Rows, error: Rows, lanes: int) -> None:
-    """Correct both masses and the latent acceleration d by the error; the latent force acts until the next."""
+def _correct_one(b: Rows, d: Rows, gain: Rows, error: Rows, lanes: int) -> None:
+    """Correct position, velocity and the latent acceleration d by the error; the latent force acts until the next."""
+    for j in range(lanes):
+        e = error[j]
+        latent = gain[DECAY * LANES + j] * d[j] + gain[LATENT * LANES + j] * e
+        d[j] = latent
+        b[POSITION + j] += gain[LOAD * LANES + j] * e
+        b[SPEED + j] += gain[LOAD_SPEED * LANES + j] * e
+        b[EXTRA + j] = b[MASS + j] * latent
+
+
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _correct_two(b: Rows, d: Rows, gain: Rows, error: Rows, lanes: int) -> None:
+    """The same of two masses: each by its own gains while they touch, both alike in a gap."""
     for j in range(lanes):
         e, gap = error[j], b[HALF_GAP + j]
         apart = gap > 0.0 and abs(b[MOTOR_POSITION + j] - b[POSITION + j]) <= gap
-        latent = gain[DECAY * LANES + j] * d[j] + gain[(ALIKE_LATENT if apart else LATENT) * LANES + j] * e
+        alike, alike_speed = gain[ALIKE * LANES + j], gain[ALIKE_SPEED * LANES + j]
+        load, load_speed = gain[LOAD * LANES + j], gain[LOAD_SPEED * LANES + j]
+        motor, motor_speed = gain[MOTOR * LANES + j], gain[MOTOR_SPEED_GAIN * LANES + j]
+        touching, parted = gain[LATENT * LANES + j], gain[ALIKE_LATENT * LANES + j]
+        latent = gain[DECAY * LANES + j] * d[j] + (parted if apart else touching) * e
         d[j] = latent
-        b[POSITION + j] += gain[(ALIKE if apart else LOAD) * LANES + j] * e
-        b[SPEED + j] += gain[(ALIKE_SPEED if apart else LOAD_SPEED) * LANES + j] * e
-        b[MOTOR_POSITION + j] += gain[(ALIKE if apart else MOTOR) * LANES + j] * e
-        b[MOTOR_SPEED + j] += gain[(ALIKE_SPEED if apart else MOTOR_SPEED_GAIN) * LANES + j] * e
+        b[POSITION + j] += (alike if apart else load) * e
+        b[SPEED + j] += (alike_speed if apart else load_speed) * e
+        b[MOTOR_POSITION + j] += (alike if apart else motor) * e
+        b[MOTOR_SPEED + j] += (alike_speed if apart else motor_speed) * e
         b[EXTRA + j] = (b[MASS + j] + b[MOTOR_MASS + j]) * latent
 
 
@@ -116,7 +132,8 @@ def predict_machine(
         substeps: sub-steps per sample, >= 1.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
         start: rows y, v of run 0, y, v of run 1, ... (2 runs, LANES)
-        gain: of the observer, as `identify.kernels.machine_gain` names its rows. (GAINS, LANES)
+        gain: of the observer: rows L1 [1], L2 [1/s], L3 [1/s^2], phi [1], or those of `transmission_gain` for two
+            masses. (>= 4, LANES)
         memory: of each run that another leads to, what effects, bristles and a transmission remember by then. Without
             it a run begins as if nothing had been, its transmission bent by the drive force; the first of a recording,
             by its shares of drive force and weight. (runs or 0, rows * LANES)
@@ -178,7 +195,10 @@ def predict_machine(
             at = position[k, 0]
             for j in range(lanes):
                 errors[j] = at - state[observed + j]
-        _correct(state, latent, gains, errors, lanes)
+        if two:
+            _correct_two(state, latent, gains, errors, lanes)
+        else:
+            _correct_one(state, latent, gains, errors, lanes)
         if k + 1 < n and run[k + 1] == current:
             load(b, lanes, drive, k)
             advance_sample(b, laws, structure, t[k], steps[k], substeps)

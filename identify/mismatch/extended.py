@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criterion import FREE
-from identify.kernels.machine_gain import machine_gains
 from identify.kernels.machine_predictor import predict_machine
+from identify.kernels.transmission_gain import transmission_gains
 from identify.mismatch.guise import Guise
 from identify.preprocess import Samples
 from identify.problem import FINEST_SUBSTEP, LONGEST_SUBSTEP, FrictionProblem, Scales
@@ -230,9 +230,10 @@ class ExtendedProblem(FrictionProblem):
 
         def march(i: int) -> None:
             lanes = slice(i * LANES, (i + 1) * LANES)
-            machines = min(m - i * LANES, LANES)
-            rigid = np.ascontiguousarray(gains[:, lanes])
-            two = bool(blocks.structure & TWO_MASSES)
+            corrects = np.ascontiguousarray(gains[:, lanes])
+            if blocks.structure & TWO_MASSES:
+                machines = min(m - i * LANES, LANES)
+                corrects = transmission_gains(blocks.b[i], corrects, blocks.observed, s.sample_time, machines)
             drive = self.drive(blocks.delay[fill[lanes]])
             if push is not None:
                 drive = _on_top(drive, push[:, fill[lanes]])
@@ -252,7 +253,7 @@ class ExtendedProblem(FrictionProblem):
                 substeps,
                 blocks.observed,
                 np.ascontiguousarray(start[:, lanes]),
-                machine_gains(blocks.b[i], rigid, two, blocks.observed, s.sample_time, machines),
+                corrects,
                 NOTHING if memory is None else memory,
                 goes_on,
                 _aligned(blocks.b.shape[1] + LANES),

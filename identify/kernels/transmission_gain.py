@@ -1,4 +1,4 @@
-"""Gains of the disturbance observer for a machine in a block: those of a rigid one, or of two masses.
+"""Gains of the disturbance observer for machines of two masses, of which one is measured.
 
 A rigid machine's gains move motor and load alike: a transmission that rings after a break-away nobody foretells would
 be quieted by nothing but its damping, which a fit then makes too large. The steady-state Kalman gains of both masses
@@ -17,7 +17,7 @@ from plant.kernels.laws import DAMPING, LANES, MASS, MOTOR_MASS, MOTOR_POSITION,
 
 Floats = NDArray[np.float64]
 
-# Rows of the gains. In a gap the two masses are moved alike, by the last three.
+# Rows of the gains, the first four those of a rigid machine. In a gap both masses are moved alike, by the last three.
 LOAD, LOAD_SPEED, LATENT, DECAY, MOTOR, MOTOR_SPEED_GAIN, ALIKE, ALIKE_SPEED, ALIKE_LATENT, GAINS = range(10)
 JOLTS = 0.008  # s: white noise between the masses is as strong as the latent force, were that white over so long a time
 
@@ -66,15 +66,12 @@ def _covariance(transition: Floats, measured: int, noise: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True)
-def machine_gains(
-    block: Floats, rigid: Floats, two_masses: bool, observed: int, sample_time: float, machines: int
-) -> Floats:
-    """Gains as `identify.kernels.machine_predictor.predict_machine` takes them.
+def transmission_gains(block: Floats, rigid: Floats, observed: int, sample_time: float, machines: int) -> Floats:
+    """Gains as `identify.kernels.machine_predictor.predict_machine` takes them of two masses.
 
     Args:
         block: the machines, see `plant.kernels.laws`. (rows * LANES,)
         rigid: gains of `identify.observer` of each. (5, LANES)
-        two_masses: whether the machines have a transmission.
         observed: row of the measured position, `POSITION` or `MOTOR_POSITION`.
         sample_time: T_s. [s]
         machines: how many of the block are of interest; the others get the gains of the last of them.
@@ -87,8 +84,6 @@ def machine_gains(
     out[:4] = rigid[:4]
     out[MOTOR:ALIKE] = rigid[:2]
     out[ALIKE:] = rigid[:3]
-    if not two_masses:
-        return out
     measured = 2 if observed == MOTOR_POSITION else 0
     for j in range(machines):
         load, motor, decay = block[MASS + j], block[MOTOR_MASS + j], rigid[3, j]
