@@ -24,52 +24,60 @@ def shaken(t, _y, v):
 
 
 @pytest.fixture(scope="module")
-def quiet_and_shaken():
+def recordings():
     return [driven(1, plain, 12.0), driven(2, shaken, 20.0)]
 
 
-def test_a_tone_in_one_of_two_recordings_is_found(quiet_and_shaken):
-    found = diagnose(quiet_and_shaken, AXIS)
+@pytest.fixture(scope="module")
+def answered(recordings):
+    """The answer, and what was said before either recording was asked by itself."""
+    before = []
+
+    def asked(together, *others):
+        before.append(together)
+        return loudest_alone(together, *others)
+
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(diagnosis, "loudest_alone", asked)
+        return diagnose(recordings, AXIS), before[0]
+
+
+@pytest.fixture(scope="module")
+def together(answered):
+    return answered[1]
+
+
+def test_a_tone_in_one_of_two_recordings_is_found(recordings, answered):
+    found, together = answered
+    assert together.verdict is Verdict.NO_MISMATCH
     assert found.verdict is Verdict.UNEXPLAINED
     assert found.location.coordinate == "frequency"
     low, high = found.location.interval
     assert low < TONE < high
     assert any(line.startswith("recording 2 asked by itself: it leaves") for line in found.preprocessing)
-    assert found.data_sha256 == gather(quiet_and_shaken, AXIS).sha256  # of both
+    assert found.data_sha256 == gather(recordings, AXIS).sha256  # of both
 
 
-def test_all_together_do_not_tell(quiet_and_shaken, monkeypatch):
-    monkeypatch.setattr(diagnosis, "loudest_alone", lambda *_: None)
-    assert diagnose(quiet_and_shaken, AXIS).verdict is Verdict.NO_MISMATCH
-
-
-def test_names_stand_only_where_the_others_do_not_speak_against_them(quiet_and_shaken, monkeypatch):
-    together = conclude([driven(1, plain, 12.0), driven(3, plain, 12.0)], AXIS)
-    asked = loudest_alone(conclude_alone(quiet_and_shaken, monkeypatch), quiet_and_shaken, (), False)
+def test_names_stand_only_where_the_others_do_not_speak_against_them(recordings, together):
+    asked = loudest_alone(together, recordings, (), False)
+    assert asked.recordings == (recordings[1],)
     assert not asked.stands(together)  # nothing is missing: no answer to why it is loud
-    dragged = conclude([driven(4, lambda t, y, v: (dry(v) + 80.0 * v * v, 0.0))], AXIS)
+    dragged = conclude([driven(4, lambda _t, _y, v: (dry(v) + 80.0 * v * v, 0.0))], AXIS)
     assert dragged.said == {"quadratic_drag"}
     assert not asked.stands(dragged)  # the quiet recording has no drag
 
 
-def conclude_alone(recordings, monkeypatch):
-    monkeypatch.setattr(diagnosis, "loudest_alone", lambda *_: None)
-    return conclude(recordings, AXIS)
-
-
-def test_no_recording_is_asked_that_is_no_louder_than_all(quiet_and_shaken, monkeypatch):
-    together = conclude_alone(quiet_and_shaken, monkeypatch)
-    assert loudest_alone(together, quiet_and_shaken, (), False).recordings == (quiet_and_shaken[1],)
+def test_no_recording_is_asked_that_is_no_louder_than_all(recordings, together, monkeypatch):
     monkeypatch.setattr(alone, "LOUDER", 1e4)
-    assert loudest_alone(together, quiet_and_shaken, (), False) is None
-    assert loudest_alone(together, quiet_and_shaken[:1], (), False) is None
+    assert loudest_alone(together, recordings, (), False) is None
+    assert loudest_alone(together, recordings[:1], (), False) is None
 
 
-def test_one_recording_and_commissioning_are_what_is_gathered(quiet_and_shaken):
-    first = dataclasses.replace(quiet_and_shaken[0], note="commissioning")
-    evidence = gather([first, *quiet_and_shaken], AXIS, Judges.LAST, only=2)
+def test_one_recording_and_commissioning_are_what_is_gathered(recordings):
+    first = dataclasses.replace(recordings[0], note="commissioning")
+    evidence = gather([first, *recordings], AXIS, Judges.LAST, only=2)
     assert evidence.kind == "time"
     assert evidence.before is not None
     assert evidence.train.t.max() < evidence.held_out.t.min()
-    whole = gather([quiet_and_shaken[1]], AXIS)
+    whole = gather([recordings[1]], AXIS)
     assert np.array_equal(evidence.train.position, whole.train.position)
