@@ -348,7 +348,7 @@ def test_bristles_that_yield_with_another_power_run_as_scipy_solves_them(power):
 
     single = Axis("single", Mechanics(Orientation.HORIZONTAL, M=mass, J=1e-9, Rc=0.05, Rm=0.01))
     (guise,) = guises({"presliding_hysteresis": find("presliding_hysteresis")}, setting(single, mass=mass, peak=PEAK))
-    recording = solved(slope, force, rate, states=3, seen=0)
+    recording = solved(slope, force, rate, states=3, seen=0, tolerance=1e-6)
     bare = ExtendedProblem(prepare(recording, single), single, first_state=np.zeros((1, 2)), most_substeps=20)
     problem = bare.including((guise.freed,)).marched(40)
 

@@ -15,7 +15,9 @@ from plant.recording import Recording
 Floats = NDArray[np.float64]
 
 
-def solved(slope: Callable[..., Sequence[float]], force: Floats, rate: int, states: int, seen: int) -> Recording:
+def solved(
+    slope: Callable[..., Sequence[float]], force: Floats, rate: int, states: int, seen: int, tolerance: float = 1e-9
+) -> Recording:
     """What a sensor at the state number `seen` records, from rest at zero, under a `force` [N] held for each sample.
 
     Args:
@@ -24,11 +26,12 @@ def solved(slope: Callable[..., Sequence[float]], force: Floats, rate: int, stat
         rate: of the samples. [1/s]
         states: how many there are.
         seen: which of them is recorded. [m]
+        tolerance: relative, of the solver.
     """
     state, position = np.zeros(states), []
     for push in force:
         position.append(state[seen])
-        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=1e-9, atol=1e-12).y[:, -1]
+        state = solve_ivp(slope, (0.0, 1.0 / rate), state, args=(push,), rtol=tolerance, atol=1e-3 * tolerance).y[:, -1]
     t = np.arange(len(force)) / rate
     return Recording(t, force, np.array(position), sample_time=1.0 / rate, hold=TorqueHold.HOLD)
 
