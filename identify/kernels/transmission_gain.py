@@ -24,6 +24,7 @@ JOLTS = 0.008  # s: white noise between the masses is as strong as the latent fo
 STATES = 5  # y and v T_s of the load, of the motor, and d T_s^2
 TERMS, SMALL = 8, 0.25  # of the series of the exponential, and the norm it is taken at: exact to 1e-11
 DOUBLINGS, STEADY = 40, 1e-10  # at most, and the relative change of the covariance that ends them
+RIGID = 1e9  # of k T_s^2/m and d T_s/m: beyond it the masses move alike
 STEADYING = 1e-12  # of the noise of d: on all other states, so that none is certain
 
 
@@ -87,8 +88,11 @@ def transmission_gains(block: Floats, rigid: Floats, observed: int, sample_time:
     measured = 2 if observed == MOTOR_POSITION else 0
     for j in range(machines):
         load, motor, decay = block[MASS + j], block[MOTOR_MASS + j], rigid[3, j]
+        stiffness, damping = block[STIFFNESS + j], block[DAMPING + j]
+        lighter = min(load, motor)
         strength = rigid[4, j] * sample_time * sample_time
-        if strength == 0.0:
+        soft = max(stiffness * sample_time, damping) * sample_time < RIGID * lighter
+        if strength == 0.0 or not soft:
             continue
         noise = np.zeros((STATES, STATES))
         noise[4, 4] = strength * strength * (1.0 - decay * decay)
@@ -99,7 +103,7 @@ def transmission_gains(block: Floats, rigid: Floats, observed: int, sample_time:
         noise[3, 3] += jolt / (motor * motor)
         noise[1, 3] -= jolt / (load * motor)
         noise[3, 1] -= jolt / (load * motor)
-        transition = _transition(load, motor, block[STIFFNESS + j], block[DAMPING + j], sample_time, decay)
+        transition = _transition(load, motor, stiffness, damping, sample_time, decay)
         covariance = _covariance(transition, measured, noise)
         gain = covariance[:, measured] / (covariance[measured, measured] + 1.0)
         out[LOAD, j], out[LOAD_SPEED, j] = gain[0], gain[1] / sample_time

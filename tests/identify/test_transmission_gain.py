@@ -88,6 +88,13 @@ def test_a_transmission_that_does_not_give_is_corrected_like_a_rigid_machine(obs
         assert gains[BOTH_MASSES, 0] == pytest.approx(rigid[[0, 1, 2, 3, 0, 1]], rel=1e-3)
 
 
+@pytest.mark.parametrize(("stiffness", "damping"), [(np.inf, 1.0), (np.nan, 1.0), (2e5, np.inf), (1e30, 0.0)])
+def test_a_candidate_that_no_machine_is_has_the_gains_of_a_rigid_one(stiffness, damping):
+    rigid = rigid_gains(0.005)
+    gains = transmission_gains(block(stiffness, damping), rigid, POSITION, 0.005, LANES)
+    assert (gains[BOTH_MASSES] == rigid[[0, 1, 2, 3, 0, 1]]).all()
+
+
 def test_in_a_gap_both_masses_have_the_gains_of_a_rigid_machine_and_a_free_run_has_none():
     rigid = rigid_gains(0.005)
     gains = transmission_gains(block(2e5, 300.0), rigid, POSITION, 0.005, LANES)
