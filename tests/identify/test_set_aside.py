@@ -87,6 +87,7 @@ STAND_INS = {
     "_known_before": lambda found: found, "gather": lambda *given: given[2].name, "carried": lambda *_: None,
     "_moving": lambda recordings, *_: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
     "too_broken": lambda _: None, "told_twice": lambda *_: None, "happened_once": lambda _: None,
+    "loudest_alone": lambda *_: None,
 }  # fmt: skip
 LOGGED = SimpleNamespace(loop="open", hold=None, t=np.arange(3.0))
 
@@ -137,5 +138,6 @@ def test_a_name_that_one_end_of_a_single_recording_foretells_is_asked_of_the_oth
     for name, stand_in in STAND_INS.items():
         monkeypatch.setattr(diagnosis, name, stand_in)
     monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
-    monkeypatch.setattr(diagnosis, "told_twice", lambda *both: both)
-    assert diagnosis.conclude([LOGGED], None) == ((found["LAST"], found["PART"]) if asked else found["LAST"])
+    twice = concluded("BOTH", "EXPLAINED", {"load"}, several=False)
+    monkeypatch.setattr(diagnosis, "told_twice", lambda *both: twice if both == tuple(found.values()) else None)
+    assert diagnosis.conclude([LOGGED], None) is (twice if asked else found["LAST"])
