@@ -13,7 +13,7 @@ from identify.mismatch.compare import ONCE, Comparison, Fit, brief_ratio, compar
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
-from identify.mismatch.effect_sizes import any_moment, may_be_absent, may_be_rigid, unknown
+from identify.mismatch.effect_sizes import may_be_absent, may_be_rigid, one_of_any, unknown
 from identify.mismatch.finish import clocks_apart, finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
@@ -509,7 +509,7 @@ class Conclusion:
         least = finding(effect.name, dataclasses.replace(self._gained, unseen=share))
         if guise.oddity(x, least) is not None or at_edge(self.final, guise) or may_be_rigid(effect, guise):
             return False
-        if share >= PROVEN and any_moment(effect):
+        if share >= PROVEN and one_of_any(effect):
             return False
         if several and not (self._felt_beside_others(effect) and self._told_beside_others(effect)):
             return False

@@ -9,7 +9,7 @@ import numpy as np
 from identify.mismatch.guise import Guise
 from identify.mismatch.result import FoundEffect
 from identify.mismatch.rules import LATE
-from identify.mismatch.wandering import STEP
+from identify.mismatch.wandering import PLACE, STEP
 from plant.effects import find
 
 STAMPS = "position may be stamped later than torque by {:.2g} s, or the drive be late: taken into account, not named"
@@ -17,7 +17,7 @@ MAYBE = "{}: there may be some, or none: taken into account, not named"
 ORDERS = 3  # lags in series that a drive may have
 AVERAGED = (0.5, 1.0)  # dead time over lag of what may be an averaged command; both are known to a third or so
 ENDLESS = 30.0  # times a stiffness, or a limit: where its interval reaches so far up, nothing is known of it either
-OF_MANY = 0.45  # of a step, half-width: 4.4 standard deviations, for the best of many moments needs more than one
+OF_MANY = 0.45  # of a step or a place, half-width: 4.4 standard deviations, for the best of many needs more than one
 WIDE = 3.0  # times a size: an interval that reaches so far towards zero, and beyond, says that nothing is known of it
 
 
@@ -46,12 +46,13 @@ def unknown(effect: FoundEffect) -> bool:
     return _endless(effect) or any(abs(value - end) > WIDE * abs(value) for value, end in towards)
 
 
-def any_moment(effect: FoundEffect) -> bool:
-    """Whether an effect is a step so little known that one moment or another of friction that wanders has such.
+def one_of_any(effect: FoundEffect) -> bool:
+    """Whether a step or a place is so little known that one moment or place or another of wandering friction has such.
 
-    The largest of the steps at all moments exceeds 3.5 standard deviations once in a hundred (Andrews 1993).
+    The largest of the steps at all moments exceeds 3.5 standard deviations once in a hundred (Andrews 1993); of the
+    places along a guide there are as many, and of their widths.
     """
-    if effect.name != STEP:
+    if effect.name not in (STEP, PLACE):
         return False
     return any(high - low > 2.0 * OF_MANY * abs(value) for value, low, high in _sizes(effect, absent=0.0))
 
