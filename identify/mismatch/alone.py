@@ -14,7 +14,7 @@ from pathlib import Path
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import compare
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import Evidence, Judges, at_one_rate, digest, gather, join, of_today
+from identify.mismatch.data import Evidence, Judges, at_one_rate, gather, join, of_today
 from identify.mismatch.result import Verdict
 from identify.preprocess import Samples
 from plant.recording import Recording
@@ -71,6 +71,6 @@ def loudest_alone(
     ready = at_one_rate(recordings, axis)
     return Alone(
         tuple(r for number, r in enumerate(recordings) if number == loudest or number not in today),
-        replace(evidence, removed=(*evidence.removed, said), sha256=digest(recordings)),
+        replace(evidence, removed=(*evidence.removed, said)),
         join([ready[number] for number in today if number != loudest]),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cheby1, sosfiltfilt
 
-from identify.mismatch.data import Evidence, Judges
+from identify.mismatch.data import Evidence, Judges, of_today
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.result import Pair
@@ -41,7 +41,7 @@ class Native:
 
 def native(recordings: Sequence[Recording], axis: Axis, evidence: Evidence) -> Native:
     """Split `recordings` as `evidence` was split, as they were logged; `evidence` itself where it is as they were."""
-    now = [r for r in recordings if r.note.strip() != "commissioning"] or list(recordings)
+    now = [recordings[number] for number in of_today(recordings)]
     periods = [float(np.median(np.diff(recording.t))) for recording in now]
     if not evidence.quiet and min(periods) > SAME_RATE * evidence.train.sample_time:
         return Native((evidence.train,), (evidence.held_out,))
