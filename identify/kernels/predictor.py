@@ -87,6 +87,7 @@ def predict(
                         ahead, mean = advance_velocity(
                             v,
                             middle - c[5, j] + c[4, j] * c[12, j],
+                            slope,
                             c[4, j] * inverse_h,
                             c[0, j],
                             c[1, j],

@@ -14,7 +14,7 @@ from pathlib import Path
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import compare
 from identify.mismatch.conclusion import Conclusion
-from identify.mismatch.data import Evidence, Judges, at_one_rate, gather, join, of_today
+from identify.mismatch.data import Evidence, Judges, at_one_rate, join, of_today, split
 from identify.mismatch.result import Verdict
 from identify.preprocess import Samples
 from plant.recording import Recording
@@ -60,7 +60,8 @@ def loudest_alone(
     if len(today) < 2:
         return None
     axis, quiet = together.axis, together.selection.baseline.latent_force
-    single = {number: gather(recordings, axis, Judges.LAST, removed, only=number) for number in today}
+    ready = at_one_rate(recordings, axis)
+    single = {number: split(recordings, ready, Judges.LAST, removed, only=number) for number in today}
     left = {number: read_torque(one, axis, doubtful, together.seed)[1].latent_force for number, one in single.items()}
     loudest = max(left, key=lambda number: left[number])
     if left[loudest] <= LOUDER * quiet:
@@ -68,7 +69,6 @@ def loudest_alone(
     name = Path(recordings[loudest].source).name or f"recording {loudest + 1}"
     said = ALONE.format(name, left[loudest], quiet, unit=axis.force_unit)
     evidence = single[loudest]
-    ready = at_one_rate(recordings, axis)
     return Alone(
         tuple(r for number, r in enumerate(recordings) if number == loudest or number not in today),
         replace(evidence, removed=(*evidence.removed, said)),

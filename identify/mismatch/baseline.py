@@ -20,6 +20,7 @@ from identify.search import observer_search
 from plant.axis import Axis
 
 LIKELIER = 30.0  # twice the log-likelihood by which another reading of the torque must win
+COARSE = 0.01  # s: steps to begin with; whether shorter ones are needed shows
 LITTLE = 10.0  # twice the log-likelihood that shorter steps may change
 MISREAD = {"transmission_compliance", "actuator_lag", "dead_time"}  # what a wrong reading of the torque looks like
 FELT = 1000.0  # the same by which a restless force must be likelier as logged: an axis that jumps with it is far surer
@@ -34,7 +35,7 @@ def fit_baseline(samples: Samples, axis: Axis, seed: int) -> Fit:
     """Fit the baseline model to `samples`."""
     plain = FrictionProblem(samples, axis)
     found = observer_search(plain, np.random.default_rng(seed))
-    return _finely(Fit(ExtendedProblem(samples, axis, scales=plain.scales), found))
+    return _finely(Fit(ExtendedProblem(samples, axis, scales=plain.scales, longest_substep=COARSE), found))
 
 
 def _finely(found: Fit) -> Fit:

@@ -53,13 +53,9 @@ class Evidence:
 
 
 def gather(
-    recordings: Sequence[Recording],
-    axis: Axis,
-    judges: Judges = Judges.LAST,
-    removed: tuple[str, ...] = (),
-    only: int | None = None,
+    recordings: Sequence[Recording], axis: Axis, judges: Judges = Judges.LAST, removed: tuple[str, ...] = ()
 ) -> Evidence:
-    """Split usable recordings into what is fitted and what judges (docs/json.md).
+    """Split usable recordings of a machine into what is fitted and what judges (docs/json.md).
 
     Args:
         recordings: of one machine.
@@ -67,9 +63,26 @@ def gather(
         judges: what is held out; the part of the last of several recordings is its beginning where the axis travels
             less at the end, and a single recording has no others.
         removed: what was left out before, in words.
+    """
+    return split(recordings, at_one_rate(recordings, axis), judges, removed)
+
+
+def split(
+    recordings: Sequence[Recording],
+    ready: Sequence[Samples],
+    judges: Judges,
+    removed: tuple[str, ...],
+    only: int | None = None,
+) -> Evidence:
+    """As `gather`, from samples that are `ready` at one rate.
+
+    Args:
+        recordings: of one machine.
+        ready: their samples.
+        judges: as in `gather`.
+        removed: as in `gather`.
         only: number of the one recording of today that is asked, by itself; None: all.
     """
-    ready = at_one_rate(recordings, axis)
     today = of_today(recordings)
     before = [samples for number, samples in enumerate(ready) if number not in today]
     now = [ready[number] for number in ([only] if only is not None else today)]

@@ -37,6 +37,7 @@ from plant.kernels.laws import (
     LEVEL,
     MASS,
     MIDDLE,
+    RAMP,
     RISE,
     SPEED,
     STAGE_LEVEL,
@@ -226,7 +227,9 @@ def _slew(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         before = x[j] if x[j] == x[j] else goal
         most = p[j] * h
         step = min(max(goal - before, -most), most)
-        b[DRIVE + j] = before + step * (1.0 - 0.5 * abs(step) / most)  # the mean: on its way first, then there
+        part = abs(step) / most  # of the sub-step on its way, then it is there
+        b[DRIVE + j] = before + step * (1.0 - 0.5 * part)
+        b[RAMP + j] = step * part * (3.0 - 2.0 * part)
         x[j] = before + step
 
 

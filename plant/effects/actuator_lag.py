@@ -6,7 +6,7 @@ import math
 
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
-from plant.kernels.laws import DRIVE, LANES, TO_DRIVE, Rows, law
+from plant.kernels.laws import DRIVE, LANES, RAMP, TO_DRIVE, Rows, law
 
 SMALL = 1e-3
 
@@ -19,7 +19,9 @@ def _lag(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
         ratio = h / p[j]
         keeps = exp_neg(ratio)
         mean = (1.0 - keeps) / ratio if ratio > SMALL else 1.0 - 0.5 * ratio * (1.0 - ratio / 3.0)
+        moment = (mean - keeps) / ratio if ratio > SMALL else 0.5 - ratio / 3.0 * (1.0 - 0.375 * ratio)
         b[DRIVE + j] = goal + (lagged - goal) * mean
+        b[RAMP + j] = (1.0 - mean) * b[RAMP + j] + 12.0 * (moment - 0.5 * mean) * (lagged - goal)
         x[j] = goal + (lagged - goal) * keeps
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plant.effects.effect import Effect, Floats, Parameter
-from plant.kernels.laws import DRIVE, LANES, TO_DRIVE, Rows, law
+from plant.kernels.laws import DRIVE, LANES, RAMP, TO_DRIVE, Rows, law
 
 if TYPE_CHECKING:
     from plant.machine import Machine
@@ -26,6 +26,7 @@ def _clip(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         if over > 0.0:
             left = limit if over >= 2.0 * half else size - over * over / (4.0 * half)
             b[DRIVE + j] = math.copysign(left, b[DRIVE + j])
+            b[RAMP + j] *= 0.0 if over >= 2.0 * half else 1.0 - over / (2.0 * half)
 
 
 def _prepare(values: Floats, machine: Machine) -> Floats:

@@ -66,6 +66,7 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     TRANSMITTED,  # force the transmission carries [N]
     # at mid-step, for the laws to change
     DRIVE,  # drive force [N]
+    RAMP,  # by how much it grows over the sub-step [N]
     FORCE,  # added force on the friction side of the load [N]
     MOTOR_FORCE,  # added force on the friction side of the motor [N]
     FORWARD,  # factor on the dry level of eq. (1) moving up [1]
@@ -87,11 +88,12 @@ TO_DRIVE, TO_STEP, TO_STAGE, AFTER = 0, 1, 2, 3
     DOWN,
     RESIST,
     HELD,
+    BEFORE,
     FOLLOWS,
     DECAYS,
     PACE,
     SOFTER,
-) = range(0, 57 * LANES, LANES)
+) = range(0, 59 * LANES, LANES)
 ROWS = SOFTER // LANES + 1  # rows before the states and parameters of the effects
 
 _DOUBLES: Any = types.CPointer(types.float64)  # type: ignore[no-untyped-call]

@@ -20,6 +20,7 @@ from plant.kernels.laws import (
     AGAINST,
     AHEAD,
     BACKWARD,
+    BEFORE,
     BRISTLE,
     BRISTLE_DAMPING,
     BRISTLE_POWER,
@@ -57,6 +58,7 @@ from plant.kernels.laws import (
     MOTOR_SPEED,
     PACE,
     POSITION,
+    RAMP,
     RESIST,
     RISE,
     SOFTER,
@@ -80,7 +82,7 @@ from plant.kernels.laws import (
     call,
     rows,
 )
-from plant.kernels.step import FASTMATH, turning
+from plant.kernels.step import FASTMATH, sagging, turning
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -98,12 +100,14 @@ SMALL = 0.02  # below it (1 - exp(-x))/x is taken from its series
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _lay_out(b: Floats, lanes: int, fraction: float, half: float) -> None:
+def _lay_out(b: Floats, lanes: int, fraction: float, share: float, half: float) -> None:
     """Mid-step position and drive force of a rigid machine, and neutral values where the laws will add."""
     for j in range(lanes):
         speed, viscous = b[SPEED + j], b[VISCOUS + j]
         middle = b[POSITION + j] + half * speed
-        b[DRIVE + j] = b[START + j] + fraction * (b[END + j] - b[START + j])
+        grows = b[END + j] - b[START + j]
+        b[DRIVE + j] = b[START + j] + fraction * grows
+        b[RAMP + j] = share * grows
         b[VELOCITY + j] = speed
         b[MIDDLE + j] = middle
         b[MOTOR_MIDDLE + j] = middle
@@ -123,8 +127,9 @@ def _lay_out(b: Floats, lanes: int, fraction: float, half: float) -> None:
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _lay_out_inside(b: Floats, lanes: int, half: float, two: bool) -> None:
-    """Where the motor of two masses is at mid-step, and the first guess of where the speeds lead."""
+    """Where the motor of two masses is at mid-step, the first guess of where the speeds lead, and friction so far."""
     for j in range(lanes):
+        b[BEFORE + j] = b[FRICTION + j]
         motor = b[MOTOR_POSITION + j] + half * b[MOTOR_SPEED + j]
         b[MOTOR_MIDDLE + j] = motor if two else b[MIDDLE + j]
         b[AHEAD + j] = b[SPEED + j]
@@ -137,10 +142,12 @@ def _switch(b: Floats, lanes: int, first: float, last: float) -> None:
     length = last - first
     for j in range(lanes):
         part = min(max((b[SWITCH + j] - first) / length, 0.0), 1.0)
-        before, after = first + 0.5 * length * part, last - 0.5 * length * (1.0 - part)
-        force = b[START + j] + before * (b[END + j] - b[START + j])
-        force_2 = b[START_2 + j] + after * (b[END_2 + j] - b[START_2 + j])
-        b[DRIVE + j] = part * force + (1.0 - part) * force_2
+        rest = 1.0 - part
+        before, after = first + 0.5 * length * part, last - 0.5 * length * rest
+        grows, grows_2 = b[END + j] - b[START + j], b[END_2 + j] - b[START_2 + j]
+        force, force_2 = b[START + j] + before * grows, b[START_2 + j] + after * grows_2
+        b[DRIVE + j] = part * force + rest * force_2
+        b[RAMP + j] = 6.0 * part * rest * (force_2 - force) + length * (part**3 * grows + rest**3 * grows_2)
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -282,13 +289,17 @@ def _solve_one(b: Floats, lanes: int, inverse_h: float) -> None:
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _begin_rigid(b: Floats, lanes: int, inverse_h: float, bent: bool) -> None:
-    """First stage of `step.advance_velocity` for a rigid machine, and the velocity that the laws of the second see."""
+    """First stage of `step.advance_velocity` for a rigid machine, and the velocity that the laws of the second see.
+
+    BEFORE is the friction that the sub-step begins with.
+    """
     for j in range(lanes):
         v, force, inertia = b[SPEED + j], _pushed(b, j), b[MASS + j] * inverse_h
         up, down, viscous = _levels(b, j, v, bent)
         half = 0.5 * viscous
         q = (inertia - half) * v + force
         ahead = (q - min(max(q, -down), up)) * (1.0 / (inertia + half))
+        b[BEFORE + j] = (up if v > 0.0 else -down) + viscous * v
         b[AHEAD + j] = ahead
         b[VELOCITY + j] = 0.5 * (v + ahead)
         b[STAGE_LEVEL + j] = 0.0
@@ -303,8 +314,11 @@ def _end_rigid(b: Floats, lanes: int, h: float, inverse_h: float, bent: bool) ->
         up, down, viscous = _levels(b, j, 0.5 * (v + b[AHEAD + j]), bent)
         half = 0.5 * viscous
         inverse = 1.0 / (inertia + half)
-        slide = ((inertia - half) * v + force - (up if v > 0.0 else -down)) * inverse
-        ahead, mean = turning(v, slide, (force - min(max(force, -down), up)) * inverse)
+        dry = up if v > 0.0 else -down
+        slide = ((inertia - half) * v + force - dry) * inverse
+        steeper = 2.0 * (dry + half * (v + slide) - b[BEFORE + j])
+        sag = sagging(b[RAMP + j], steeper, inertia)
+        ahead, mean = turning(v, slide, (force - min(max(force, -down), up)) * inverse, sag)
         b[VELOCITY + j] = mean
         b[FRICTION + j] = force - inertia * (ahead - v)
         b[POSITION + j] += h * mean
@@ -364,7 +378,7 @@ def _solve_two(b: Floats, lanes: int, h: float, inverse_h: float, bristles: bool
         at_rest = on_load - b[HELD + j]
         slide = (q - (up if v > 0.0 else -down)) * inverse
         restart = (at_rest - min(max(at_rest, -down), up)) * inverse
-        turned, mean = turning(v, slide, restart)
+        turned, mean = turning(v, slide, restart, 0.0)
         ahead = slide if bristles else turned
         b[VELOCITY + j] = 0.5 * (v + ahead) if bristles else mean
         middle = (on_motor + 0.5 * coupling * (v + ahead)) * slowed
@@ -376,12 +390,20 @@ def _solve_two(b: Floats, lanes: int, h: float, inverse_h: float, bristles: bool
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
 def _move(b: Floats, lanes: int, h: float) -> None:
-    """Second half of the drift; speeds and bristles reach the end of the sub-step."""
+    """Second half of the drift; speeds and bristles reach the end of the sub-step.
+
+    While they slide, masses that touch have their common velocity bent as that of one mass is (`step.sagging`); how
+    friction grows is told by its mean over the sub-step before.
+    """
     half = 0.5 * h
     for j in range(lanes):
         velocity, ahead, ahead_2 = b[VELOCITY + j], b[AHEAD + j], b[MOTOR_AHEAD + j]
-        b[POSITION + j] += h * velocity
-        b[MOTOR_POSITION + j] += half * (b[MOTOR_SPEED + j] + ahead_2)
+        steady = b[SPEED + j] * ahead > 0.0 and b[BEFORE + j] * b[FRICTION + j] > 0.0
+        apart = b[HALF_GAP + j] > 0.0 and abs(b[MOTOR_POSITION + j] - b[POSITION + j]) <= b[HALF_GAP + j]
+        inertia = (b[MASS + j] + b[MOTOR_MASS + j]) / h
+        sag = sagging(b[RAMP + j], b[FRICTION + j] - b[BEFORE + j], inertia) if steady and not apart else 0.0
+        b[POSITION + j] += h * (velocity - sag)
+        b[MOTOR_POSITION + j] += half * (b[MOTOR_SPEED + j] + ahead_2) - h * sag
         b[BRISTLE + j] += b[FOLLOWS + j] * velocity - b[DECAYS + j] * b[BRISTLE + j]
         b[SPEED + j] = ahead
         b[MOTOR_SPEED + j] = ahead_2
@@ -413,7 +435,7 @@ def advance_sample(b: Floats, laws: Ints, structure: int, t: float, h: float, su
     inverse = 1.0 / step
     for i in range(substeps):
         middle = t + (i + 0.5) * step
-        _lay_out(block, lanes, (i + 0.5) / substeps, 0.5 * step)
+        _lay_out(block, lanes, (i + 0.5) / substeps, 1.0 / substeps, 0.5 * step)
         if two or bristles:
             _lay_out_inside(block, lanes, 0.5 * step, two)
         if structure & SWITCHED:

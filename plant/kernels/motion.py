@@ -53,7 +53,7 @@ def _advance_rigid(b: Floats, drive: float, h: float, substeps: int) -> None:
     step = h / substeps
     inertia, force, v = b[MASS] / step, drive - b[AGAINST], b[SPEED]
     for _ in range(substeps):
-        ahead, mean = advance_velocity(v, force, inertia, b[COULOMB], b[BUMP], b[INVERSE_STRIBECK], b[VISCOUS])
+        ahead, mean = advance_velocity(v, force, 0.0, inertia, b[COULOMB], b[BUMP], b[INVERSE_STRIBECK], b[VISCOUS])
         b[FRICTION] = force - inertia * (ahead - v)
         b[POSITION] += step * mean
         v = ahead

@@ -46,7 +46,14 @@ def march(
             middle = force[k] + (i + 0.5) * slope
             for j in range(m):
                 ahead, mean = advance_velocity(
-                    v[j], middle - against[j], mass[j] * inverse_h, coulomb[j], bump[j], inverse_stribeck[j], viscous[j]
+                    v[j],
+                    middle - against[j],
+                    slope,
+                    mass[j] * inverse_h,
+                    coulomb[j],
+                    bump[j],
+                    inverse_stribeck[j],
+                    viscous[j],
                 )
                 y[j] += h * mean
                 v[j] = ahead

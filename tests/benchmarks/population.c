@@ -49,15 +49,19 @@ void march(long n, long m, const double *restrict force, double h_sample, long s
                 double q = (inertia - half) * v[j] + f - against[j];
                 double inverse = 1.0 / (inertia + half);
                 double level = coulomb[j] + bump[j] * exp_negative(fabs(v[j]) * inverse_stribeck[j]);
-                double ahead = soft(q, level > 0.0 ? level : 0.0) * inverse;
+                double before = level > 0.0 ? level : 0.0;
+                double ahead = soft(q, before) * inverse;
                 level = coulomb[j] + bump[j] * exp_negative(0.5 * fabs(v[j] + ahead) * inverse_stribeck[j]);
                 level = level > 0.0 ? level : 0.0;
                 double slide = (q - (v[j] > 0.0 ? level : -level)) * inverse;
                 double restart = soft(f - against[j], level) * inverse;
+                double more = 2.0 * (level - before);
+                double steeper = (v[j] > 0.0 ? more : -more) + viscous[j] * (slide - v[j]);
+                double sag = -steeper / (12.0 * inertia); /* the force is held */
                 double apart = v[j] - slide;
                 double rest = v[j] / (apart != 0.0 ? apart : 1.0);
                 ahead = v[j] * slide > 0.0 ? slide : (1.0 - rest) * restart;
-                y[j] += half_h * (v[j] * slide > 0.0 ? v[j] + slide : rest * v[j] + (1.0 - rest) * ahead);
+                y[j] += half_h * (v[j] * slide > 0.0 ? v[j] + slide - 2.0 * sag : rest * v[j] + (1.0 - rest) * ahead);
                 v[j] = ahead;
             }
         }

@@ -7,7 +7,7 @@ import pytest
 
 from identify.mismatch import alone, diagnosis
 from identify.mismatch.alone import loudest_alone
-from identify.mismatch.data import Judges, gather
+from identify.mismatch.data import Judges, at_one_rate, gather, split
 from identify.mismatch.diagnosis import conclude, diagnose
 from identify.mismatch.result import Verdict
 from tests.identify.small_machine import AXIS, driven, dry
@@ -75,7 +75,8 @@ def test_no_recording_is_asked_that_is_no_louder_than_all(recordings, together, 
 
 def test_one_recording_and_commissioning_are_what_is_gathered(recordings):
     first = dataclasses.replace(recordings[0], note="commissioning")
-    evidence = gather([first, *recordings], AXIS, Judges.LAST, only=2)
+    every = [first, *recordings]
+    evidence = split(every, at_one_rate(every, AXIS), Judges.LAST, (), only=2)
     assert evidence.kind == "time"
     assert evidence.before is not None
     assert evidence.train.t.max() < evidence.held_out.t.min()

@@ -36,7 +36,7 @@ def one_step(v: np.ndarray, force: np.ndarray, laws: np.ndarray, mass: float, h:
         coulomb, static, inverse, viscous = laws[0, j], laws[1, j], np.exp(-laws[2, j]), laws[3, j]
         for _ in range(SUBSTEPS):
             drive = force[j] - laws[4, j]
-            ahead, mean = advance_velocity(speed, drive, mass / step, coulomb, static - coulomb, inverse, viscous)
+            ahead, mean = advance_velocity(speed, drive, 0.0, mass / step, coulomb, static - coulomb, inverse, viscous)
             way += step * mean
             speed = ahead
         out[0, j], out[1, j] = way, speed
