@@ -17,6 +17,8 @@ from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.own_curves import QUARTER
+from identify.mismatch.uncatalogued_drive import EFFECTS as DRIVES
+from identify.mismatch.uncatalogued_drive import driven
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
 from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
@@ -29,7 +31,6 @@ from plant.kernels.laws import (
     BACKWARD,
     BUMP,
     CLIMB,
-    DRIVE,
     FORCE,
     FORWARD,
     INVERSE_STRIBECK,
@@ -37,11 +38,9 @@ from plant.kernels.laws import (
     LEVEL,
     MASS,
     MIDDLE,
-    RAMP,
     RISE,
     SPEED,
     STAGE_LEVEL,
-    TO_DRIVE,
     TO_STAGE,
     TO_STEP,
     VELOCITY,
@@ -58,7 +57,6 @@ HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay 
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
 LIGHTEST = 0.1  # of the moving mass, at least, is left where a load one way is negative
-SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
 REVERSED, SEEN = 2e-5, 4.0  # of the travel, and of what the sensor resolves: so far back is a reversal
 ENDLESS = 1e9  # m or s
 WORN = 2.5  # times its way or time: then 8 % are left of a drag
@@ -164,39 +162,6 @@ LEVEL_RIPPLE = Effect(
 )
 
 
-@law(TO_DRIVE)
-def _fade(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        b[DRIVE + j] *= 1.0 - p[j] * (1.0 - exp_neg(max(t, 0.0) / p[LANES + j]))
-
-
-FADING_TORQUE = Effect(
-    name="fading_torque",
-    parameters=(
-        Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ"),
-        Parameter("time_constant", "s", (1.0, 3600.0), (1e-3, 1e9), about="τ"),
-    ),
-    laws=(_fade,),
-    order=10,
-    source="magnets lose torque as they warm up",
-)
-
-
-@law(TO_DRIVE)
-def _by_sign(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        b[DRIVE + j] += p[j] * abs(b[DRIVE + j])
-
-
-UNEVEN_GAIN = Effect(
-    name="uneven_gain",
-    parameters=(Parameter("imbalance", "1", (-0.3, 0.3), (-1.0, 1.0), absent=0.0, about="e"),),
-    laws=(_by_sign,),
-    order=20,
-    source="half-bridges or current sensors that differ: F_d (1 + e sgn F_d)",
-)
-
-
 @law(TO_STEP)
 def _load_one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
@@ -217,29 +182,6 @@ ONE_WAY_LOAD = Effect(
     laws=(_load_one_way,),
     initial=(math.nan,),
     source="a payload that is carried one way: picked at one end, set down at the other",
-)
-
-
-@law(TO_DRIVE)
-def _slew(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        goal = b[DRIVE + j]
-        before = x[j] if x[j] == x[j] else goal
-        most = p[j] * h
-        step = min(max(goal - before, -most), most)
-        part = abs(step) / most  # of the sub-step on its way, then it is there
-        b[DRIVE + j] = before + step * (1.0 - 0.5 * part)
-        b[RAMP + j] = step * part * (3.0 - 2.0 * part)
-        x[j] = before + step
-
-
-SLEW_LIMIT = Effect(
-    name="slew_limit",
-    parameters=(Parameter("rate", "N/s", (1.0, 1e6), (0.0, math.inf), absent=math.inf, about="dF/dt at most"),),
-    laws=(_slew,),
-    order=25,
-    initial=(math.nan,),
-    source="an amplifier that runs out of voltage, a ramp in the drive",
 )
 
 
@@ -421,22 +363,48 @@ FRESH_DRAG = Effect(
 )
 
 
+@law(TO_STEP)
+def _drag_by_acceleration(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        acceleration, speed = x[j], b[SPEED + j]
+        acts = p[LANES + j] * acceleration * speed >= 0.0
+        b[LEVEL + j] += p[j] * abs(acceleration) if acts else 0.0
+        x[LANES + j] = speed
+
+
+@law(AFTER)
+def _accelerate(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        x[j] = (b[SPEED + j] - x[LANES + j]) / h
+
+
+INERTIAL_DRAG = Effect(
+    name="inertial_drag",
+    parameters=(
+        Parameter("coefficient", "kg", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="c"),
+        Parameter("sign", "1", (-1.0, 1.0), reported=False, about="+1 while speeding up, -1 while braking, 0 always"),
+    ),
+    laws=(_drag_by_acceleration, _accelerate),
+    initial=(0.0, 0.0),
+    source="dry friction that acceleration raises: an overhung mass that tilts its carriage, a brake that drags",
+)
+
+
 EFFECTS = (
     FRESH_DRAG,
     FRICTIONAL_LAG,
     CREEPING_SPRING,
     CABLE,
     LEVEL_RIPPLE,
-    FADING_TORQUE,
-    UNEVEN_GAIN,
     ONE_WAY_LOAD,
-    SLEW_LIMIT,
     ONE_WAY_PULL,
     SWINGING_LOAD,
     SPRING_WITH_PLAY,
     HANGING_ARM,
     VISCOUS_ALONG,
     FILM,
+    INERTIAL_DRAG,
+    *DRIVES,
     *PLACES,
 )
 PLACED = {
@@ -458,11 +426,8 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
     lag = Unknown("time_constant", 0.03, 0.1 * s.sample_time, 1.0, log=True)
     creep = Unknown("time_constant", 0.3, 0.01, 0.5 * s.duration, log=True, spread=2.0)
     travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
-    fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     spring = Unknown("stiffness", 0.3 * stiff, 0.0, 30.0 * stiff)
     force = Unknown("force", 0.1 * s.force, 0.0, 2.0 * s.force)
-    rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
-    loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
     bends = [share * s.travel for share in (0.01, 0.05, 0.2)]
     periods = [*s.periods, *(s.travel / np.arange(1.0, MOST_WAVES + 1.0))]
     ripple = waves(LEVEL_RIPPLE, "relative_amplitude", 0.1, 1.0, periods, (), None)
@@ -471,9 +436,6 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _tried(CREEPING_SPRING, (spring, creep), [0.1 * stiff], [0.05, 0.3, 1.5, 6.0], depends="time_since_reversal"),
         _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
         dataclasses.replace(ripple, depends="position"),
-        _tried(FADING_TORQUE, (loss, fade), [0.05], [0.2 * s.duration, s.duration], depends="time"),
-        _tried(UNEVEN_GAIN, (Unknown("imbalance", 0.1, -0.5, 0.5),), [0.05], depends="torque"),
-        _tried(SLEW_LIMIT, (rate,), [s.force / time for time in SLOW], depends="torque_rate"),
     ]
     every += [
         _plays(s, stiff),
@@ -481,9 +443,11 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _along_travel(s),
         _remembers(s),
         *_afresh(s, force),
+        *_inertial(s),
         *_pulls(s, stiff),
         *_loads(s),
         *_swings(s),
+        *driven(s),
         *placed(s),
     ]
     return [guise for guise in every if guise.name not in named]
@@ -544,6 +508,13 @@ def _afresh(s: Setting, force: Unknown) -> list[Guise]:
         dataclasses.replace(along, fixed=(("time_constant", ENDLESS), play)),
         dataclasses.replace(late, fixed=(("travel", ENDLESS), play)),
     ]
+
+
+def _inertial(s: Setting) -> list[Guise]:
+    """Dry friction that grows with acceleration: always, while speeding up, while braking."""
+    drag = Unknown("coefficient", 0.1 * s.mass, -0.9 * s.mass, 2.0 * s.mass)
+    tried = _tried(INERTIAL_DRAG, (drag,), [0.05 * s.mass], depends="acceleration")
+    return [dataclasses.replace(tried, fixed=(("sign", sign),)) for sign in (0.0, *SIDES)]
 
 
 def _pulls(s: Setting, stiff: float) -> list[Guise]:

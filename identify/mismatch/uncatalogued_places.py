@@ -41,7 +41,8 @@ OPENS = 0.15  # of the speed from which on it drags: how sharply
 FLAT = 0.15  # of the highest speeds: slower, friction falls as its own curve does
 TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
 PLACED_SPREAD = 50.0  # of an unknown that says where something is
-WIDE = 1.5  # widths of a bell, or of a sector, within which it acts
+WIDE, SNAPS = 1.5, 2.0  # widths of a bell, or of a sector, within which it acts; those of a pull to a place
+BAND = 0.15  # of the highest speeds: what is wider than such a band is friction's own curve
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
@@ -205,7 +206,45 @@ LIFT = Effect(
     laws=(_open,),
     source="dry friction that is another above some speed, both ways: a carriage that floats, a guard that hums",
 )
-EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT)
+
+
+@law(TO_STEP)
+def _snap(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = (b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j]
+        b[FORCE + j] += p[j] * away * exp_neg(0.5 * away * away - 0.5)
+
+
+DETENT = Effect(
+    name="detent",
+    parameters=(
+        Parameter("force", "N", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="A, the largest"),
+        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), about="y_0"),
+        Parameter("width", "m", (1e-4, 1.0), (1e-9, 1e6), about="w: from it to the largest pull"),
+    ),
+    laws=(_snap,),
+    source="a pull to one place from both sides, or away from it: a magnet, a ball in a notch, a dip of the guide",
+)
+
+
+@law(TO_STAGE)
+def _hum(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        away = (abs(b[VELOCITY + j]) - p[LANES + j]) / p[2 * LANES + j]
+        b[STAGE_LEVEL + j] += p[j] * exp_neg(0.5 * away * away)
+
+
+HUM = Effect(
+    name="level_in_band",
+    parameters=(
+        Parameter("force", "N", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="A"),
+        Parameter("centre", "m/s", (1e-3, 10.0), (1e-9, 1e6), about="v_0"),
+        Parameter("width", "m/s", (1e-4, 1.0), (1e-9, 1e6), about="w"),
+    ),
+    laws=(_hum,),
+    source="dry friction that is another in a band of speeds: a cover, a seal or a gear in resonance",
+)
+EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -227,7 +266,7 @@ def placed(s: Setting) -> list[Guise]:
     steps = grid([0.1 * s.force], across, [0.01 * s.travel])
     found.append(Guise(PICKED_UP, (force, place, length), steps, depends="position"))
     pushes = grid([0.1 * s.force], across, widths)
-    found.append(Guise(LATCH, (force, centre, width), pushes, depends="position"))
+    found += [Guise(effect, (force, centre, width), pushes, depends="position") for effect in (LATCH, DETENT)]
     wheels = {"motor_angle": s.axis.mechanics.Rm, "pulley_angle": s.axis.mechanics.Rc}
     if math.isclose(*wheels.values()):
         del wheels["motor_angle"]
@@ -254,7 +293,11 @@ def placed(s: Setting) -> list[Guise]:
     fast = dataclasses.replace(onset, low=FLAT * s.speed, spread=PLACED_SPREAD)
     onsets = (np.geomspace(0.2, 1.05, 12) * s.speed).tolist()
     lift = Guise(LIFT, (force, fast), grid([0.1 * s.force], onsets), fixed=(("direction", 0.0),), depends="velocity")
-    return [*found, *ways, lift]
+    middle = dataclasses.replace(fast, parameter="centre")
+    band = Unknown("width", 0.05 * s.speed, 0.01 * s.speed, BAND * s.speed, log=True, spread=1.0)
+    bands = grid([0.1 * s.force], onsets, [0.05 * s.speed])
+    hum = Guise(HUM, (force, middle, band), bands, depends="velocity")
+    return [*found, *ways, lift, hum]
 
 
 def interval(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
@@ -269,8 +312,8 @@ def interval(name: str, values: dict[str, float], reached: tuple[float, float], 
         return low, max(values["place"], low)
     if name == PICKED_UP.name:
         return min(values["place"], high), high
-    if name in {VISCOUS_ZONE.name, LATCH.name}:
-        half = WIDE * values["width"]
+    if name in {VISCOUS_ZONE.name, LATCH.name, DETENT.name, HUM.name}:
+        half = (SNAPS if name == DETENT.name else WIDE) * values["width"]
         return max(values["centre"] - half, low), min(values["centre"] + half, high)
     if name == LIFT.name:
         return min(values["onset"], high), max(high, -low)

@@ -37,6 +37,9 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "level_ripple": "dry friction that rises and falls along the travel",
     "fading_torque": "a torque constant that changes as the motor warms up",
     "uneven_gain": "a torque constant that is another for positive than for negative torque (an amplifier, a sensor)",
+    "weakening_drive": "a torque constant that falls with speed (a weakened field, too little voltage)",
+    "dead_band": "a drive that loses small forces (a dead band of its amplifier)",
+    "inertial_drag": "dry friction that grows with acceleration (an overhung mass that tilts, a brake)",
     "one_way_load": "a mass that moves along in one direction only (a payload that is carried one way)",
     "slew_limit": "a drive whose force changes no faster than so much (a ramp, too little voltage)",
     "one_way_pull": "a force along part of the travel in one direction of motion only (a hose, a wiper)",
@@ -49,11 +52,13 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "level_step": "dry friction that is another past one place (a joint of the rail)",
     "picked_up_weight": "a force that sets in beyond one place (a weight or a chain that is carried along)",
     "push_in_place": "a push one way near one place (a latch, a brush, a magnet)",
+    "detent": "a pull to one place from both sides, or away from it (a magnet, a notch)",
     "viscous_zone": "viscous friction in one place (old grease, an oil sump)",
     "sector_push": "a push in one sector of each turn (a notch, a splice)",
     "sector_rub": "dry friction in one sector of each turn (a damaged bearing)",
     "sector_loss": "torque that is lost in one sector of each turn of the motor (a pole, a winding)",
     "one_way_drag": "a drag above some speed in one direction of motion (a valve, a lip that lifts)",
+    "level_in_band": "dry friction that is another in a band of speeds (a cover or a gear in resonance)",
     "level_above_speed": "dry friction that is another above some speed (a film that carries, a guard that hums)",
 }
 

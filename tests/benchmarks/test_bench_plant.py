@@ -59,14 +59,15 @@ def numpy_march() -> np.ndarray:
         for _ in range(SUBSTEPS):
             force = FORCE[k] - against
             q = (inertia - half) * v + force
-            level = np.maximum(coulomb + bump * np.exp(-np.abs(v) * inverse_stribeck), 0.0)
-            ahead = (q - np.clip(q, -level, level)) / (inertia + half)
+            before = np.maximum(coulomb + bump * np.exp(-np.abs(v) * inverse_stribeck), 0.0)
+            ahead = (q - np.clip(q, -before, before)) / (inertia + half)
             level = np.maximum(coulomb + bump * np.exp(-0.5 * np.abs(v + ahead) * inverse_stribeck), 0.0)
             slide = (q - np.where(v > 0, level, -level)) / (inertia + half)
             restart = (force - np.clip(force, -level, level)) / (inertia + half)
             rest = np.divide(v, v - slide, out=np.zeros(M), where=v != 0)
             ahead = np.where(v * slide > 0, slide, (1.0 - rest) * restart)
-            y = y + 0.5 * h * np.where(v * slide > 0, v + slide, rest * v + (1.0 - rest) * ahead)
+            sag = -(2.0 * np.where(v > 0, level - before, before - level) + viscous * (slide - v)) / (12.0 * inertia)
+            y = y + h * np.where(v * slide > 0, 0.5 * (v + slide) - sag, 0.5 * (rest * v + (1.0 - rest) * ahead))
             v = ahead
         positions[k + 1] = y
     return positions

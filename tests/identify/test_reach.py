@@ -23,7 +23,7 @@ def misses(problem, found, truth):
     return float(np.abs((found.x[:4] - truth) / half).max())
 
 
-@pytest.mark.parametrize("seed", [3, 42, 69])
+@pytest.mark.parametrize("seed", [3, 42, 125])
 def test_a_dent_beside_the_needle_gives_way_to_the_stronger_observers_answer(seed):
     problem, found, truth = fitted(seed, Setting("loop", dirt=0.0))
     assert misses(problem, found, truth) > 3.0  # intervals of a needle, but not its place

@@ -150,6 +150,17 @@ def grease(_, y, v):
     return dry(v) + 160.0 * y**2 * abs(v), 0.0
 
 
+def snaps(_, y, v):
+    """A magnet that pulls to 0.2 m from both sides, with 4 N at most."""
+    away = (y - 0.2) / 0.02
+    return dry(v), 4.0 * away * np.exp(0.5 - 0.5 * away**2)
+
+
+def hums(_, y, v):
+    """Dry friction that is 4 N more around 0.2 m/s."""
+    return dry(v, 20.0 + 4.0 * np.exp(-0.5 * ((abs(v) - 0.2) / 0.02) ** 2)), 0.0
+
+
 @pytest.mark.parametrize(
     ("physics", "coordinates", "like"),
     [
@@ -158,6 +169,8 @@ def grease(_, y, v):
         (lambda: grease, {"position"}, "changes along the travel"),
         (lambda: floats, {"velocity"}, "another above some speed"),
         (Lip, {"distance_since_reversal"}, "each reversal raises"),
+        (lambda: snaps, {"position"}, "a pull to one place from both sides"),
+        (lambda: hums, {"velocity"}, "in a band of speeds"),
     ],
 )
 def test_what_remembers_or_changes_along_the_travel_is_recognised(physics, coordinates, like):
@@ -205,6 +218,52 @@ def test_an_amplifier_that_gives_more_one_way_is_no_friction_that_differs():
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate == "torque"
     assert "another for positive than for negative torque" in found.explanation
+
+
+class Weak:
+    """A drive that loses 9 % of its force at 0.3 m/s."""
+
+    def __init__(self):
+        self.before = None
+
+    def __call__(self, told, y):
+        speed = 0.0 if self.before is None else abs(y - self.before) / STEP
+        self.before = y
+        return told * (1.0 - 0.3 * speed)
+
+
+def test_a_drive_that_weakens_with_speed_is_no_friction():
+    """A field that is weakened, or too little voltage: twelve of twelve outside authors have one such drive."""
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=Weak()) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "velocity"
+    assert "falls with speed" in found.explanation
+
+
+def test_a_dead_band_of_the_drive_is_found_along_the_torque():
+    swallows = lambda told, _: told - np.clip(told, -4.0, 4.0)  # noqa: E731
+    found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), delivers=swallows) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "torque"
+    assert "dead band" in found.explanation
+
+
+class Tilts:
+    """A carriage that an overhung mass presses on its guide: 1.5 N for every m/s^2."""
+
+    def __init__(self):
+        self.before = 0.0
+
+    def __call__(self, _, y, v):
+        faster, self.before = (v - self.before) / STEP, v
+        return dry(v) + 1.5 * min(abs(faster), 20.0), 0.0
+
+
+def test_friction_that_acceleration_raises_does_not_depend_on_the_torque():
+    found = diagnose([driven(seed, Tilts()) for seed in (1, 2)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "acceleration"
+    assert "grows with acceleration" in found.explanation
 
 
 ARM = Mechanics(orientation=Orientation.ROTARY, M=0.0, J=1e-2 * MASS, Rc=1.0, force_per_torque=1.0)

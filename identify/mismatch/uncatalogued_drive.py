@@ -1,0 +1,130 @@
+"""Physics of the drive that is in no catalogue: torque that is lost with speed, time, direction, or comes too slowly.
+
+What looks like it in the catalogue is a torque constant, a drag, a lag; like all of `uncatalogued.py` it is located,
+never named.
+"""
+
+from __future__ import annotations
+
+import math
+
+from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from plant.effects.effect import Effect, Parameter
+from plant.kernels.exponential import exp_neg
+from plant.kernels.laws import DRIVE, LANES, RAMP, SPEED, TO_DRIVE, Rows, law
+
+SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
+
+
+@law(TO_DRIVE)
+def _fade(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[DRIVE + j] *= 1.0 - p[j] * (1.0 - exp_neg(max(t, 0.0) / p[LANES + j]))
+
+
+FADING_TORQUE = Effect(
+    name="fading_torque",
+    parameters=(
+        Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ"),
+        Parameter("time_constant", "s", (1.0, 3600.0), (1e-3, 1e9), about="τ"),
+    ),
+    laws=(_fade,),
+    order=10,
+    source="magnets lose torque as they warm up",
+)
+
+
+@law(TO_DRIVE)
+def _by_sign(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[DRIVE + j] += p[j] * abs(b[DRIVE + j])
+
+
+UNEVEN_GAIN = Effect(
+    name="uneven_gain",
+    parameters=(Parameter("imbalance", "1", (-0.3, 0.3), (-1.0, 1.0), absent=0.0, about="e"),),
+    laws=(_by_sign,),
+    order=20,
+    source="half-bridges or current sensors that differ: F_d (1 + e sgn F_d)",
+)
+
+
+@law(TO_DRIVE)
+def _slew(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        goal = b[DRIVE + j]
+        before = x[j] if x[j] == x[j] else goal
+        most = p[j] * h
+        step = min(max(goal - before, -most), most)
+        part = abs(step) / most  # of the sub-step on its way, then it is there
+        b[DRIVE + j] = before + step * (1.0 - 0.5 * part)
+        b[RAMP + j] = step * part * (3.0 - 2.0 * part)
+        x[j] = before + step
+
+
+SLEW_LIMIT = Effect(
+    name="slew_limit",
+    parameters=(Parameter("rate", "N/s", (1.0, 1e6), (0.0, math.inf), absent=math.inf, about="dF/dt at most"),),
+    laws=(_slew,),
+    order=25,
+    initial=(math.nan,),
+    source="an amplifier that runs out of voltage, a ramp in the drive",
+)
+
+
+@law(TO_DRIVE)
+def _weaken(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        fast = abs(b[SPEED + j]) / p[LANES + j]
+        left = 1.0 - p[j] * fast * (1.0 + p[2 * LANES + j] * (fast - 1.0))
+        b[DRIVE + j] *= left
+        b[RAMP + j] *= left
+
+
+WEAKENING = Effect(
+    name="weakening_drive",
+    parameters=(
+        Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ, at the speed v_1"),
+        Parameter("speed", "m/s", (1e-3, 10.0), (1e-9, 1e6), reported=False, about="v_1"),
+        Parameter("square", "1", (0.0, 1.0), reported=False, about="1: with the square of speed, 0: with speed"),
+    ),
+    laws=(_weaken,),
+    order=10,
+    source="field weakening, back-EMF, eddy currents: a torque constant that falls with speed",
+)
+
+
+@law(TO_DRIVE)
+def _swallow(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        swallowed = min(max(b[DRIVE + j], -p[j]), p[j])
+        b[RAMP + j] = 0.0 if swallowed == b[DRIVE + j] else b[RAMP + j]
+        b[DRIVE + j] -= swallowed
+
+
+DEAD_BAND = Effect(
+    name="dead_band",
+    parameters=(Parameter("band", "N", (0.0, 1e3), (0.0, 1e9), absent=0.0, about="w: what is lost of any force"),),
+    laws=(_swallow,),
+    order=10,
+    source="an amplifier with a dead band, a valve with overlap: F_d less what lies within ±w",
+)
+EFFECTS = (FADING_TORQUE, UNEVEN_GAIN, SLEW_LIMIT, WEAKENING, DEAD_BAND)
+
+
+def driven(s: Setting) -> list[Guise]:
+    """Every way in which physics of the drive is tried in recordings of this setting."""
+    fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
+    rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
+    loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+    band = Unknown("band", 0.1 * s.force, 0.0, s.peak)
+    return [
+        Guise(FADING_TORQUE, (loss, fade), grid([0.05], [0.2 * s.duration, s.duration]), depends="time"),
+        Guise(UNEVEN_GAIN, (Unknown("imbalance", 0.1, -0.5, 0.5),), grid([0.05]), depends="torque"),
+        Guise(SLEW_LIMIT, (rate,), grid([s.force / time for time in SLOW]), depends="torque_rate"),
+        Guise(DEAD_BAND, (band,), grid([0.03 * s.force, 0.1 * s.force]), depends="torque"),
+        *(
+            Guise(WEAKENING, (loss,), grid([0.05]), fixed=(("speed", s.speed), ("square", square)), depends="velocity")
+            for square in (0.0, 1.0)
+        ),
+    ]
