@@ -202,7 +202,7 @@ def _step(problem: FrictionProblem, now: Linearised, damping: Floats, pinned: in
     x, rows = now.x, np.arange(len(now.x))
     for _ in range(problem.size):
         way = _solved(normal, now.downhill, free, x - now.x) + now.x - x
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             reach = np.where(way != 0.0, (np.where(way < 0.0, low, high) - x) / way, np.inf)
         first = reach.argmin(axis=1)
         x = np.clip(x + np.minimum(reach[rows, first], 1.0)[:, None] * way, low, high)
