@@ -31,7 +31,7 @@ ARGS ?=
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second cluster next-experiment before-after cannot-see promises axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming once-wrong true-effect watch-scenarios
+.PHONY: page-figures picture help setup run test lint docs bench bench-history bench-search bench-can bench-scale faults fuzz audit-zoo paper kill9 kills soak advisories clean coverage blind-starts cramer-rao excitations run-length real-machines blind blind-second blind-foreign cluster next-experiment before-after cannot-see promises axis-years machine-years daemon-years delay confusion robot-joints story alarm-restarts causes diagnosis-course healthy-lives naming once-wrong true-effect watch-scenarios
 
 help:  ## show this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## */\t/' | expand -t 14
@@ -115,6 +115,9 @@ blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 60
 
 blind-second: $(VENV)/.ready-bench  ## the same study on cases of the second simulator, by an author who never saw this code; ARGS="--cases 40" for less
 	OMP_NUM_THREADS=1 $(PY) -m tests.blind --simulator second --rivals $(ARGS)
+
+blind-foreign: $(VENV)/.ready-dev  ## cases of a simulator of your own, made by tests/blind/author.md: ARGS="FOLDER"
+	OMP_NUM_THREADS=1 $(PY) -m tests.blind.foreign $(ARGS)
 
 naming: $(VENV)/.ready-dev  ## training cases of the blind study beside fits of the true effects: why a name was missed; ARGS="--cases 0:10"
 	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.naming $(ARGS)

@@ -69,19 +69,20 @@ def run(study: Study, jobs: int, limit: float, until: float, size: int, rivals: 
         print(f"labels {batch.start}-{batch.stop - 1} sealed: sha256 {seal(study, batch)}", flush=True)
         cases = [index for index in batch if study.case(index).exists()]
         with locked(study.folder / "sealed"), ThreadPoolExecutor(jobs) as pool:
-            list(pool.map(lambda index: _answer(study, index, limit, until), cases))
+            list(pool.map(lambda index: answer(study.case(index), study.answer(index), limit, until), cases))
             if rivals:
                 list(pool.map(lambda index: _rival(study, index, until), cases))
         write_report(study, size)
 
 
-def _answer(study: Study, index: int, limit: float, until: float) -> None:
-    if study.answer(index).exists() or time.monotonic() > until:
+def answer(case: Path, path: Path, limit: float, until: float) -> None:
+    """Diagnose a case into the file `path`, unless that is there or the time `until` (monotonic, s) has come."""
+    if path.exists() or time.monotonic() > until:
         return
-    reply = {**ask(study.case(index), limit), "engine": engine(), "thresholds": digest()}
-    _write(study.answer(index), reply)
+    reply = {**ask(case, limit), "engine": engine(), "thresholds": digest()}
+    _write(path, reply)
     verdict = reply["answer"]["verdict"] if reply["answer"] else f"no answer (exit {reply['exit']})"
-    print(f"{study.name(index)} {reply['seconds']:6.1f} s  {verdict}", flush=True)
+    print(f"{case.name} {reply['seconds']:6.1f} s  {verdict}", flush=True)
 
 
 def _rival(study: Study, index: int, until: float) -> None:
@@ -119,17 +120,22 @@ def scored(study: Study, size: int) -> tuple[list[Score], list[str], set[str]]:
 def write_report(study: Study, size: int) -> str:
     """Score all answers; writes scores.json, report.md and report.json and returns the report."""
     scores, notes, judged = scored(study, size)
-    found = sections(scores)
     whose = "" if study.simulator == SIMULATORS[0] else f"{study.simulator} simulator, "
-    head = [f"# Blind study, {whose}seed {study.seed}: {len(scores)} cases scored", "",
+    return reported(study.folder, f"{whose}seed {study.seed}", scores, judged, notes)
+
+
+def reported(folder: Path, what: str, scores: list[Score], judged: set[str], notes: list[str]) -> str:
+    """Write scores.json, report.md and report.json to `folder`; returns the report."""
+    found = sections(scores)
+    head = [f"# Blind study, {what}: {len(scores)} cases scored", "",
             f"Judged: {'; '.join(sorted(judged)) or 'nothing yet'}. Rates with 95 % Wilson intervals.", ""]  # fmt: skip
     text = "\n".join([*head, *(section.markdown() for section in found), "## Sealed labels", ""])
     text += "\n".join(f"- {note}" for note in notes) + "\n"
-    report = {"simulator": study.simulator, "seed": study.seed, "cases": len(scores), "judged": sorted(judged),
-              "labels": notes, "sections": [section.to_dict() for section in found]}  # fmt: skip
-    (study.folder / "scores.json").write_text(json.dumps([asdict(s) for s in scores], indent=1))
-    (study.folder / "report.json").write_text(json.dumps(report, indent=1))
-    (study.folder / "report.md").write_text(text)
+    report = {"study": what, "cases": len(scores), "judged": sorted(judged), "labels": notes,
+              "sections": [section.to_dict() for section in found]}  # fmt: skip
+    (folder / "scores.json").write_text(json.dumps([asdict(s) for s in scores], indent=1))
+    (folder / "report.json").write_text(json.dumps(report, indent=1))
+    (folder / "report.md").write_text(text)
     return text
 
 

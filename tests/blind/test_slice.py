@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from plant.effects import CATALOGUE
+from tests.blind import foreign
 from tests.blind.__main__ import run, write_report
 from tests.blind.diagnosing import ask, ask_rivals, locked
 from tests.blind.frozen import digest, thresholds
@@ -260,3 +261,36 @@ def test_a_process_that_takes_too_long_is_stopped_and_says_so(tmp_path, monkeypa
     assert (found["exit"], found["answer"]) == (None, None)
     assert "stopped after 0.3 s of CPU" in found["stderr"]
     assert 0.2 < found["cpu"] < 20.0
+
+
+def test_cases_of_a_foreign_author_are_scored_by_his_own_labels(tmp_path):
+    """`author.md` says what a label holds; what it asks for is all that scoring needs, the file being locked before."""
+    folder, out = tmp_path / "BD", tmp_path / "out"
+    lost = {"name": "fan", "coordinates": ["velocity", "direction"]}
+    labels = {
+        "case-0000": {"kind": "single", "effects": {"actuator_lag": {"time_constant": 0.02}}, "own_curves": [],
+                      "outside": None, "severity": 3.1},
+        "case-0001": {"kind": "outside", "effects": {}, "own_curves": [], "outside": lost, "severity": 20.0},
+        "case-0002": {"kind": "healthy", "effects": {}, "own_curves": [], "outside": None, "severity": 1.0},
+        "case-0003": {"kind": "single", "effects": {"backlash": {"gap": 1e-3}}, "own_curves": ["backlash"],
+                      "outside": None, "severity": 1.9},
+    }  # fmt: skip
+    answers = {
+        "case-0000": reply("explained", SAID_LAG),
+        "case-0001": reply("unexplained", location={"coordinate": "velocity", "interval": [0.1, 0.2]}),
+        "case-0002": reply("explained", SAID_GAP),
+    }
+    (out / "answers").mkdir(parents=True)
+    folder.mkdir()
+    (folder / foreign.LABELS).write_text(json.dumps(labels))
+    (folder / foreign.LABELS).chmod(0o000)
+    for name, said in answers.items():
+        (out / "answers" / f"{name}.json").write_text(json.dumps(said))
+    foreign.write_report(folder, out)
+    found = {s["case"]: s for s in json.loads((out / "scores.json").read_text())}
+    assert {name: s["outcome"] for name, s in found.items()} == {
+        "case-0000": "right", "case-0001": "as_expected", "case-0002": "wrong"}  # fmt: skip
+    assert found["case-0000"]["severity"] == "clear"
+    assert found["case-0000"]["covered"] == [["actuator_lag.time_constant", True]]
+    assert found["case-0001"]["located_first"] and found["case-0001"]["interval"] is None
+    assert json.loads((out / "report.json").read_text())["cases"] == 3
