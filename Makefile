@@ -19,6 +19,9 @@ export DASK_TEMPORARY_DIRECTORY := $(CACHE)/dask
 export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
 
+# matrices here are small: threads of linear algebra would only wait for each other, in every test process
+export OMP_NUM_THREADS ?= 1
+
 # pip asks `rustc` for its version; a rustup without toolchains would leave a folder in HOME
 export RUSTUP_HOME ?= $(if $(wildcard $(HOME)/.rustup),$(HOME)/.rustup,$(CACHE)/rustup)
 
@@ -63,7 +66,7 @@ bench-history: $(VENV)/.ready-dev  ## ten million rows of history: query times, 
 	$(PY) -m tests.benchmarks.bench_history $(ARGS)
 
 bench-search: $(VENV)/.ready-bench  ## our search against SciPy, CMA-ES, pymoo, PyGAD on 200 problems; ARGS="--first 30000 --peers 40" for fresh ones
-	OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.bench_search $(ARGS)
+	$(PY) -m tests.benchmarks.bench_search $(ARGS)
 
 bench-scale: $(VENV)/.ready-dev  ## 1, 10, 100, 1000 axes at 100 Hz on one daemon: CPU, memory, lag, time to answers and alerts; 12 min
 	$(PY) -m tests.benchmarks.bench_scale $(ARGS)
@@ -75,7 +78,7 @@ fuzz: $(VENV)/.ready-dev  ## a million hostile payloads through the daemon's int
 	$(PY) -m tests.scenarios.fuzz $(ARGS)
 
 audit-zoo: $(VENV)/.ready-dev  ## mistakes of sign, unit and scale: caught, missed, and false refusals of healthy machines
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.audit_zoo $(ARGS)
+	$(PY) -m tests.identify.studies.audit_zoo $(ARGS)
 
 bench-can: $(VENV)/.ready-dev  ## CAN frames to Zenoh at 9000/s for 60 s, beside a plain Notifier bridge; ARGS="--seconds 10" for less
 	$(PY) -m tests.benchmarks.bench_can $(ARGS)
@@ -111,35 +114,35 @@ promises: $(VENV)/.ready-dev  ## is what `detectable` promises named nine times 
 	$(PY) -m tests.identify.studies.promises $(ARGS)
 
 blind: $(VENV)/.ready-bench  ## the blind study of the diagnosis, rivals too: 600 cases, 2-4 hours of one core; ARGS="--cases 40" for less
-	OMP_NUM_THREADS=1 $(PY) -m tests.blind --rivals $(ARGS)
+	$(PY) -m tests.blind --rivals $(ARGS)
 
 blind-second: $(VENV)/.ready-bench  ## the same study on cases of the second simulator, by an author who never saw this code; ARGS="--cases 40" for less
-	OMP_NUM_THREADS=1 $(PY) -m tests.blind --simulator second --rivals $(ARGS)
+	$(PY) -m tests.blind --simulator second --rivals $(ARGS)
 
 blind-foreign: $(VENV)/.ready-dev  ## cases of a simulator of your own, made by tests/blind/author.md: ARGS="FOLDER"
-	OMP_NUM_THREADS=1 $(PY) -m tests.blind.foreign $(ARGS)
+	$(PY) -m tests.blind.foreign $(ARGS)
 
 naming: $(VENV)/.ready-dev  ## training cases of the blind study beside fits of the true effects: why a name was missed; ARGS="--cases 0:10"
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.naming $(ARGS)
+	$(PY) -m tests.identify.studies.naming $(ARGS)
 
 once-wrong: $(VENV)/.ready-dev  ## training cases that were once answered wrong, all of them: four minutes of one core
-	OMP_NUM_THREADS=1 $(PYTEST) tests/identify/test_once_wrong.py -m "slow or not slow" $(PYTEST_ARGS)
+	$(PYTEST) tests/identify/test_once_wrong.py -m "slow or not slow" $(PYTEST_ARGS)
 
 true-effect: $(VENV)/.ready-dev  ## our fit of the true effect against one that starts from the truth; ARGS="--count 8"
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.true_effect $(ARGS)
+	$(PY) -m tests.identify.studies.true_effect $(ARGS)
 
 diagnosis-course: $(VENV)/.ready-dev  ## where the time of a diagnosis goes, and how far off its progress bar is; ARGS="--cases 4"
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.diagnosis_course $(ARGS)
+	$(PY) -m tests.identify.studies.diagnosis_course $(ARGS)
 
 cluster: $(VENV)/.ready-dev  ## more than one machine: a Dask cluster with workers and scheduler killed, daemons that take over
 	$(PYTEST) tests/monitor/test_cluster.py tests/scenarios/test_takeover.py \
 	  tests/scenarios/test_year_on_cluster.py -m "slow or not slow" -s
 
 next-experiment: $(VENV)/.ready-dev  ## does the experiment a diagnosis proposes settle the tie? the true machine runs it; ARGS="--cases 64"
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.next_experiment $(ARGS)
+	$(PY) -m tests.identify.studies.next_experiment $(ARGS)
 
 before-after: $(VENV)/.ready-dev  ## commissioning and today: changes seen, and seen where there are none; ARGS="--pairs 90"
-	OMP_NUM_THREADS=1 $(PY) -m tests.identify.studies.before_after $(ARGS)
+	$(PY) -m tests.identify.studies.before_after $(ARGS)
 
 page-figures: $(VENV)/.ready-dev  ## first paint and data size of each view of the page; ARGS="--axes 20 --windows 365"
 	$(PY) -m tests.page.measure $(ARGS)

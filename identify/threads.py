@@ -15,6 +15,8 @@ from contextvars import ContextVar
 from functools import cache
 from typing import TypeVar
 
+from threadpoolctl import ThreadpoolController
+
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
@@ -29,10 +31,15 @@ def usable_cores() -> int:
 
 @contextmanager
 def at_most(threads: int) -> Iterator[None]:
-    """Within, `side_by_side` uses so many threads."""
+    """Within, `side_by_side` uses so many threads, and linear algebra none besides.
+
+    Its matrices are small: threads of its own wait for each other and take twice the time on a busy computer, and their
+    number changes the last bits of a sum.
+    """
     before = _allowed.set(threads)
     try:
-        yield
+        with _algebra().limit(limits=1, user_api="blas"):
+            yield
     finally:
         _allowed.reset(before)
 
@@ -62,6 +69,12 @@ def side_by_side(work: Callable[[Item], Answer], items: Iterable[Item]) -> Itera
     finally:
         for one in running:
             one.cancel()
+
+
+@cache
+def _algebra() -> ThreadpoolController:
+    """The libraries of linear algebra that NumPy and SciPy have loaded."""
+    return ThreadpoolController()
 
 
 @cache
