@@ -22,7 +22,8 @@ from identify.mismatch.rules import CLEAN, NO_NAME, SMALLEST, STRAY, Step, Z, ov
 from identify.mismatch.select import Selection
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
-from identify.mismatch.uncatalogued import FILM, PLACED, acts_in, remembers_along
+from identify.mismatch.uncatalogued import PLACED, acts_in
+from identify.mismatch.uncatalogued_memory import FILM, remembers_along
 from identify.mismatch.wandering import OTHERS, STEP
 from plant.axis import Axis
 

@@ -19,8 +19,10 @@ from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.own_curves import QUARTER
 from identify.mismatch.uncatalogued_drive import EFFECTS as DRIVES
 from identify.mismatch.uncatalogued_drive import driven
+from identify.mismatch.uncatalogued_memory import EFFECTS as MEMORIES
+from identify.mismatch.uncatalogued_memory import FRESH_DRAG, remembering
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
-from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
+from identify.mismatch.uncatalogued_places import INERTIA_ALONG, LIGHTEST, SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
 from plant.axis import Orientation
 from plant.effects.effect import Effect, Parameter
@@ -29,19 +31,13 @@ from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import (
     AFTER,
     BACKWARD,
-    BUMP,
-    CLIMB,
     FORCE,
     FORWARD,
-    INVERSE_STRIBECK,
     LANES,
     LEVEL,
     MASS,
     MIDDLE,
-    RISE,
     SPEED,
-    STAGE_LEVEL,
-    TO_STAGE,
     TO_STEP,
     VELOCITY,
     VISCOUS_BACKWARD,
@@ -56,37 +52,8 @@ WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
-LIGHTEST = 0.1  # of the moving mass, at least, is left where a load one way is negative
-REVERSED, SEEN = 2e-5, 4.0  # of the travel, and of what the sensor resolves: so far back is a reversal
-ENDLESS = 1e9  # m or s
 WORN = 2.5  # times its way or time: then 8 % are left of a drag
-LASTING = 0.3  # of a recording: friction that remembers longer changes with time
-BRIEFLY = 1.0  # s: friction that remembers no longer forgets between two reversals
 MOST_WAVES = 20  # of a level along the travel
-
-
-@law(TO_STAGE)
-def _late_level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        bump = b[BUMP + j] + b[RISE + j] - b[CLIMB + j]
-        slow = b[INVERSE_STRIBECK + j]
-        b[STAGE_LEVEL + j] += bump * (exp_neg(x[j] * slow) - exp_neg(abs(b[VELOCITY + j]) * slow))
-
-
-@law(AFTER)
-def _follow_speed(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        speed = abs(b[VELOCITY + j])
-        x[j] = speed + (x[j] - speed) * exp_neg(h / p[j])
-
-
-FRICTIONAL_LAG = Effect(
-    name="frictional_lag",
-    parameters=(Parameter("time_constant", "s", (1e-3, 1.0), (1e-6, 1e3), absent=0.0, about="τ"),),
-    laws=(_late_level, _follow_speed),
-    initial=(0.0,),
-    source="the Stribeck curve sees the speed late: Hess & Soom 1990",
-)
 
 
 @law(TO_STEP)
@@ -313,57 +280,6 @@ VISCOUS_ALONG = Effect(
 
 
 @law(TO_STEP)
-def _remember(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        b[LEVEL + j] += p[LANES + j] * x[j]
-
-
-FILM = Effect(
-    name="film_memory",
-    parameters=(
-        Parameter("time_constant", "s", (0.1, 100.0), (1e-6, 1e6), about="τ"),
-        Parameter("per_speed", "N*s/m", (-1e4, 1e4), (-1e9, 1e9), absent=0.0, about="c"),
-    ),
-    laws=(_remember, _follow_speed),
-    initial=(0.0,),
-    source="dry friction that depends on how fast the axis has run lately: a film that is built up, heat",
-)
-
-
-@law(TO_STEP)
-def _drag_afresh(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        b[LEVEL + j] += p[j] * x[j]
-
-
-@law(AFTER)
-def _wear_off(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        way, moved = x[2 * LANES + j], h * b[VELOCITY + j]
-        back = max(x[LANES + j] - way * moved, 0.0) if way != 0.0 else x[LANES + j] + moved
-        other = abs(back) > p[3 * LANES + j]
-        left = x[j] * exp_neg(h / p[LANES + j] + abs(moved) / p[2 * LANES + j])
-        x[j] = 1.0 if other and way != 0.0 else left
-        begun = 1.0 if back > 0.0 else -1.0
-        x[2 * LANES + j] = (-way if way != 0.0 else begun) if other else way
-        x[LANES + j] = 0.0 if other else back
-
-
-FRESH_DRAG = Effect(
-    name="fresh_drag",
-    parameters=(
-        Parameter("force", "N", (0.0, 1e3), (-1e6, 1e6), absent=0.0, about="A"),
-        Parameter("time_constant", "s", (1e-2, 1e2), (1e-6, 1e12), about="τ"),
-        Parameter("travel", "m", (1e-4, 10.0), (1e-9, 1e12), about="d"),
-        Parameter("play", "m", (1e-6, 1.0), (0.0, 1e6), reported=False, about="way back that is a reversal"),
-    ),
-    laws=(_drag_afresh, _wear_off),
-    initial=(0.0, 0.0, 0.0),  # what is left of it, way back since the last turn, direction
-    source="dry friction that is raised by a reversal and wears off: a seal lip that turns over, a film that builds up",
-)
-
-
-@law(TO_STEP)
 def _drag_by_acceleration(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         acceleration, speed = x[j], b[SPEED + j]
@@ -391,8 +307,6 @@ INERTIAL_DRAG = Effect(
 
 
 EFFECTS = (
-    FRESH_DRAG,
-    FRICTIONAL_LAG,
     CREEPING_SPRING,
     CABLE,
     LEVEL_RIPPLE,
@@ -402,8 +316,8 @@ EFFECTS = (
     SPRING_WITH_PLAY,
     HANGING_ARM,
     VISCOUS_ALONG,
-    FILM,
     INERTIAL_DRAG,
+    *MEMORIES,
     *DRIVES,
     *PLACES,
 )
@@ -411,7 +325,7 @@ PLACED = {
     FRESH_DRAG.name,
     ONE_WAY_PULL.name,
     SWINGING_LOAD.name,
-    *(effect.name for effect in PLACES),
+    *(effect.name for effect in PLACES if effect is not INERTIA_ALONG),
 }  # act in part of their coordinate
 
 
@@ -423,7 +337,6 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         named: effects that have a name, those of plug-ins among them: what is one of them is none of these.
     """
     stiff = s.force / s.travel
-    lag = Unknown("time_constant", 0.03, 0.1 * s.sample_time, 1.0, log=True)
     creep = Unknown("time_constant", 0.3, 0.01, 0.5 * s.duration, log=True, spread=2.0)
     travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
     spring = Unknown("stiffness", 0.3 * stiff, 0.0, 30.0 * stiff)
@@ -432,7 +345,6 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
     periods = [*s.periods, *(s.travel / np.arange(1.0, MOST_WAVES + 1.0))]
     ripple = waves(LEVEL_RIPPLE, "relative_amplitude", 0.1, 1.0, periods, (), None)
     every = [
-        _tried(FRICTIONAL_LAG, (lag,), [0.005, 0.015, 0.04, 0.12], depends="velocity"),
         _tried(CREEPING_SPRING, (spring, creep), [0.1 * stiff], [0.05, 0.3, 1.5, 6.0], depends="time_since_reversal"),
         _tried(CABLE, (force, travel), [0.05 * s.force], bends, depends="distance_since_reversal"),
         dataclasses.replace(ripple, depends="position"),
@@ -441,8 +353,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         _plays(s, stiff),
         *_hangs(s),
         _along_travel(s),
-        _remembers(s),
-        *_afresh(s, force),
+        *remembering(s),
         *_inertial(s),
         *_pulls(s, stiff),
         *_loads(s),
@@ -482,32 +393,6 @@ def _along_travel(s: Setting) -> Guise:
     )
     places = [s.middle + share * s.travel for share in (-1.0, -0.3, 0.0, 0.3, 1.0)]
     return _tried(VISCOUS_ALONG, unknowns, [0.1 * unit], places, depends="position")
-
-
-def _remembers(s: Setting) -> Guise:
-    """Dry friction that depends on how fast the axis has run lately."""
-    unit = 0.1 * s.force / s.speed
-    unknowns = (
-        Unknown("time_constant", 3.0, 0.1, 2.0 * s.duration, log=True, spread=2.0),
-        Unknown("per_speed", unit, -20.0 * unit, 20.0 * unit),
-    )
-    times = [t for t in (0.2, 0.6, 2.0, 6.0, 20.0) if t < s.duration]
-    return _tried(FILM, unknowns, times, [0.1 * unit], depends="velocity")
-
-
-def _afresh(s: Setting, force: Unknown) -> list[Guise]:
-    """Dry friction raised by each reversal, which wears off along the way, or with time."""
-    travel = Unknown("travel", 0.1 * s.travel, 3e-3 * s.travel, 2.0 * s.travel, log=True, spread=1.5)
-    time = Unknown("time_constant", 0.3, 2.0 * s.sample_time, 0.2 * s.duration, log=True, spread=1.5)
-    play = ("play", max(REVERSED * s.travel, SEEN * s.axis.sensor.position_resolution))
-    ways = [share * s.travel for share in (0.01, 0.04, 0.15)]
-    times = [0.06, 0.25, 1.0]
-    along = _tried(FRESH_DRAG, (force, travel), [0.1 * s.force], ways, depends="distance_since_reversal")
-    late = _tried(FRESH_DRAG, (force, time), [0.1 * s.force], times, depends="time_since_reversal")
-    return [
-        dataclasses.replace(along, fixed=(("time_constant", ENDLESS), play)),
-        dataclasses.replace(late, fixed=(("travel", ENDLESS), play)),
-    ]
 
 
 def _inertial(s: Setting) -> list[Guise]:
@@ -552,16 +437,6 @@ def _swings(s: Setting) -> list[Guise]:
         Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0),
     )
     return [_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz, [0.03], depends="frequency")]
-
-
-def remembers_along(time_constant: float, duration: float) -> tuple[str, ...]:
-    """Coordinates of friction that remembers speed for `time_constant` in recordings of `duration` [s], the first best.
-
-    What is forgotten within a reversal is not told from what begins anew at each.
-    """
-    if time_constant > LASTING * duration:
-        return "time", "velocity"
-    return ("velocity", "time_since_reversal") if time_constant < BRIEFLY else ("velocity",)
 
 
 def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:

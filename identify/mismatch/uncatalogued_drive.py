@@ -11,7 +11,7 @@ import math
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
-from plant.kernels.laws import DRIVE, LANES, RAMP, SPEED, TO_DRIVE, Rows, law
+from plant.kernels.laws import DRIVE, LANES, MOTOR_MIDDLE, RAMP, SPEED, TO_DRIVE, Rows, law
 
 SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
 
@@ -76,9 +76,7 @@ SLEW_LIMIT = Effect(
 def _weaken(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         fast = abs(b[SPEED + j]) / p[LANES + j]
-        left = 1.0 - p[j] * fast * (1.0 + p[2 * LANES + j] * (fast - 1.0))
-        b[DRIVE + j] *= left
-        b[RAMP + j] *= left
+        b[DRIVE + j] *= 1.0 - p[j] * fast * (1.0 + p[2 * LANES + j] * (fast - 1.0))
 
 
 WEAKENING = Effect(
@@ -109,7 +107,44 @@ DEAD_BAND = Effect(
     order=10,
     source="an amplifier with a dead band, a valve with overlap: F_d less what lies within ±w",
 )
-EFFECTS = (FADING_TORQUE, UNEVEN_GAIN, SLEW_LIMIT, WEAKENING, DEAD_BAND)
+
+
+@law(TO_DRIVE)
+def _saturate(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        share = b[DRIVE + j] / p[LANES + j]
+        b[DRIVE + j] *= 1.0 - p[j] * share * share
+
+
+SATURATING = Effect(
+    name="saturating_drive",
+    parameters=(
+        Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ, at the force F_1"),
+        Parameter("at", "N", (1.0, 1e6), (1e-9, 1e9), reported=False, about="F_1"),
+    ),
+    laws=(_saturate,),
+    order=10,
+    source="iron that saturates: a torque constant that falls with the square of the current",
+)
+
+
+@law(TO_DRIVE)
+def _by_place(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        b[DRIVE + j] *= 1.0 + p[j] * (b[MOTOR_MIDDLE + j] - p[LANES + j])
+
+
+GAIN_ALONG = Effect(
+    name="gain_along",
+    parameters=(
+        Parameter("relative_slope", "1/m", (-10.0, 10.0), (-1e9, 1e9), absent=0.0, about="k"),
+        Parameter("centre", "m", (-10.0, 10.0), (-1e9, 1e9), reported=False, about="y_m"),
+    ),
+    laws=(_by_place,),
+    order=10,
+    source="a lever, a linkage, a drum whose rope winds up: the transmission changes along the travel",
+)
+EFFECTS = (FADING_TORQUE, UNEVEN_GAIN, SLEW_LIMIT, WEAKENING, DEAD_BAND, SATURATING, GAIN_ALONG)
 
 
 def driven(s: Setting) -> list[Guise]:
@@ -117,12 +152,15 @@ def driven(s: Setting) -> list[Guise]:
     fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+    slope = Unknown("relative_slope", 0.2 / s.travel, -1.8 / s.travel, 1.8 / s.travel)
     band = Unknown("band", 0.1 * s.force, 0.0, s.peak)
     return [
         Guise(FADING_TORQUE, (loss, fade), grid([0.05], [0.2 * s.duration, s.duration]), depends="time"),
         Guise(UNEVEN_GAIN, (Unknown("imbalance", 0.1, -0.5, 0.5),), grid([0.05]), depends="torque"),
         Guise(SLEW_LIMIT, (rate,), grid([s.force / time for time in SLOW]), depends="torque_rate"),
         Guise(DEAD_BAND, (band,), grid([0.03 * s.force, 0.1 * s.force]), depends="torque"),
+        Guise(SATURATING, (loss,), grid([0.05]), fixed=(("at", s.peak),), depends="torque"),
+        Guise(GAIN_ALONG, (slope,), grid([0.1 / s.travel]), fixed=(("centre", s.middle),), depends="position"),
         *(
             Guise(WEAKENING, (loss,), grid([0.05]), fixed=(("speed", s.speed), ("square", square)), depends="velocity")
             for square in (0.0, 1.0)

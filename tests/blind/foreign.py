@@ -27,7 +27,9 @@ UNKNOWN = {"size": 0.0, "excitation": "", "noise": 0.0, "period": 0.0, "orientat
 def main() -> None:
     """Read the arguments and run."""
     parser = argparse.ArgumentParser(prog="python -m tests.blind.foreign", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path, help="holds cases/ and labels.json, as tests/blind/author.md asks for them")
+    parser.add_argument(
+        "folder", type=Path, help="holds cases/ and labels.json, as tests/blind/author.md asks for them"
+    )
     parser.add_argument("--out", type=Path, default=Path("var/blind"))
     parser.add_argument("--jobs", type=int, default=1, help="diagnoses at a time")
     parser.add_argument("--limit", type=float, default=900.0, help="CPU limit of a diagnosis [s]")

@@ -292,5 +292,6 @@ def test_cases_of_a_foreign_author_are_scored_by_his_own_labels(tmp_path):
         "case-0000": "right", "case-0001": "as_expected", "case-0002": "wrong"}  # fmt: skip
     assert found["case-0000"]["severity"] == "clear"
     assert found["case-0000"]["covered"] == [["actuator_lag.time_constant", True]]
-    assert found["case-0001"]["located_first"] and found["case-0001"]["interval"] is None
+    assert found["case-0001"]["located_first"]
+    assert found["case-0001"]["interval"] is None
     assert json.loads((out / "report.json").read_text())["cases"] == 3

@@ -26,7 +26,7 @@ def driven(
     resists: Resistance,
     seconds: float = 20.0,
     delivers: Callable[[float, float], float] = lambda told, _: told,
-    carries: Callable[[float], float] = lambda _: 0.0,
+    carries: Callable[[float, float, float], float] = lambda t, y, v: 0.0,
     swiftest: float = 0.4,
 ) -> Recording:
     """Moves between random places, torque held for 10 ms.
@@ -36,7 +36,7 @@ def driven(
         resists: friction level against the motion and force against growing positions [N], at time, place and speed.
         seconds: of motion.
         delivers: force of the drive [N] for what it is told, and at what place, asked at every step.
-        carries: mass that moves along at that speed. [kg]
+        carries: mass that moves along at that time, place and speed. [kg]
         swiftest: speed of the moves. [m/s]
     """
     rng = np.random.default_rng(seed)
@@ -54,7 +54,7 @@ def driven(
         if v == 0.0 and abs(net) <= level:
             continue
         way = np.sign(v) if v else np.sign(net)
-        faster = v + STEP * (net - way * level) / (MASS + carries(v))
+        faster = v + STEP * (net - way * level) / (MASS + carries(k * STEP, y, v))
         v = 0.0 if faster * way < 0.0 else faster
         y += STEP * v
     t, force, y = np.array(rows).T

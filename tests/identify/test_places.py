@@ -5,7 +5,7 @@ import pytest
 
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.nameless import Structure, large_enough
-from identify.mismatch.uncatalogued import remembers_along
+from identify.mismatch.uncatalogued_memory import remembers_along
 from tests.identify.small_machine import AXIS, driven, dry
 
 

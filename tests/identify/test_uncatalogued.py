@@ -150,6 +150,18 @@ def grease(_, y, v):
     return dry(v) + 160.0 * y**2 * abs(v), 0.0
 
 
+class Grease:
+    """Viscous friction that a rest of some 0.2 s raises by 25 N s/m, worked off over 60 mm."""
+
+    def __init__(self):
+        self.stiff = 0.0
+
+    def __call__(self, _, y, v):
+        at_rest = self.stiff + (1.0 - self.stiff) * STEP / 0.2
+        self.stiff = self.stiff * np.exp(-STEP * abs(v) / 0.06) if v else at_rest
+        return dry(v) + 25.0 * self.stiff * abs(v), 0.0
+
+
 def snaps(_, y, v):
     """A magnet that pulls to 0.2 m from both sides, with 4 N at most."""
     away = (y - 0.2) / 0.02
@@ -169,6 +181,7 @@ def hums(_, y, v):
         (lambda: grease, {"position"}, "changes along the travel"),
         (lambda: floats, {"velocity"}, "another above some speed"),
         (Lip, {"distance_since_reversal"}, "each reversal raises"),
+        (Grease, {"dwell_time"}, "a rest raises"),
         (lambda: snaps, {"position"}, "a pull to one place from both sides"),
         (lambda: hums, {"velocity"}, "in a band of speeds"),
     ],
@@ -286,11 +299,21 @@ def test_the_weight_of_an_arm_is_no_spring():
 
 def test_a_payload_that_is_carried_one_way_is_no_wrong_mass():
     """It was a wrong mass with friction that grows along the travel."""
-    one_way = lambda v: 3.0 if v > 0.0 else 0.0  # noqa: E731
+    one_way = lambda t, y, v: 3.0 if v > 0.0 else 0.0  # noqa: E731
     found = diagnose([driven(seed, lambda t, y, v: (dry(v), 0.0), carries=one_way) for seed in (1, 2)], AXIS)
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate == "acceleration"
     assert "in one direction only" in found.explanation
+
+
+def test_a_mass_that_changes_along_the_travel_is_no_wrong_mass():
+    """A linkage: 8.5 kg at one end, 12.5 kg at the other; its slope pushes with the square of the speed."""
+    unfolds = lambda t, y, v: 4.0 * (y - 0.2) / 0.4  # noqa: E731
+    recordings = [driven(seed, lambda t, y, v: (dry(v), 5.0 * v * v), carries=unfolds) for seed in (1, 2)]
+    found = diagnose(recordings, AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "position"
+    assert "a moving mass that changes along the travel" in found.explanation
 
 
 def test_a_fan_that_brakes_one_way_is_no_viscous_friction():
