@@ -19,12 +19,13 @@ from identify.mismatch.guise import Guise, Setting, Unknown, grid
 from identify.mismatch.own_curves import QUARTER
 from identify.mismatch.uncatalogued_drive import EFFECTS as DRIVES
 from identify.mismatch.uncatalogued_drive import driven
+from identify.mismatch.uncatalogued_mass import EFFECTS as MASSES
+from identify.mismatch.uncatalogued_mass import LOAD_BEYOND, LOAD_LATER, SWINGING_LOAD, carried
 from identify.mismatch.uncatalogued_memory import EFFECTS as MEMORIES
 from identify.mismatch.uncatalogued_memory import FRESH_DRAG, remembering
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
-from identify.mismatch.uncatalogued_places import INERTIA_ALONG, LIGHTEST, SIDES, TURN, interval, placed
+from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
-from plant.axis import Orientation
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import TWO_PI, cos_turns
 from plant.kernels.exponential import exp_neg
@@ -35,7 +36,6 @@ from plant.kernels.laws import (
     FORWARD,
     LANES,
     LEVEL,
-    MASS,
     MIDDLE,
     SPEED,
     TO_STEP,
@@ -49,8 +49,6 @@ from plant.kernels.step import FASTMATH
 
 OPEN = 0.7  # of the travel, at most, before a pull begins: nearer to an end, it is a stop that gives back too little
 WIDTH = 1.25  # of a frequency: what swings answers so much below and above it
-HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
-SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 PLAY = 5e-3, 0.4  # of the travel: less is a spring, more hardly pulls
 WORN = 2.5  # times its way or time: then 8 % are left of a drag
 MOST_WAVES = 20  # of a level along the travel
@@ -130,29 +128,6 @@ LEVEL_RIPPLE = Effect(
 
 
 @law(TO_STEP)
-def _load_one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
-        carried = p[j] if p[LANES + j] * b[SPEED + j] > 0.0 else 0.0
-        x[j] = empty
-        b[MASS + j] = max(empty + carried, LIGHTEST * empty)
-        b[FORCE + j] += p[2 * LANES + j] * carried
-
-
-ONE_WAY_LOAD = Effect(
-    name="one_way_load",
-    parameters=(
-        Parameter("mass", "kg", (-1e4, 1e4), absent=0.0, about="Δm"),
-        Parameter("direction", "1", (-1.0, 1.0), reported=False, about="+1 while the position grows"),
-        Parameter("gravity", "m/s^2", (0.0, 9.81), reported=False, about="that acts on it along the axis"),
-    ),
-    laws=(_load_one_way,),
-    initial=(math.nan,),
-    source="a payload that is carried one way: picked at one end, set down at the other",
-)
-
-
-@law(TO_STEP)
 def _one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         half = 0.5 * p[j] * max(p[3 * LANES + j] * (b[MIDDLE + j] - p[LANES + j]), 0.0)
@@ -170,43 +145,6 @@ ONE_WAY_PULL = Effect(
     ),
     laws=(_one_way,),
     source="a hose that is pulled out and falls in, a wiper that pushes debris",
-)
-
-
-@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _own(away: float, speed: float, omega: float, damping: float) -> float:
-    """Acceleration of what swings, `away` from the axis and moving relative to it. [m/s^2]"""
-    return -omega * (omega * away + 2.0 * damping * speed)
-
-
-@law(TO_STEP)
-def _swing(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        own = _own(x[j], x[LANES + j], TWO_PI * p[LANES + j], p[2 * LANES + j])
-        b[FORCE + j] += p[j] * (own - x[2 * LANES + j])
-
-
-@law(AFTER)
-def _sway(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        speed = b[SPEED + j]
-        before = x[3 * LANES + j] if x[3 * LANES + j] == x[3 * LANES + j] else speed
-        x[2 * LANES + j], x[3 * LANES + j] = (speed - before) / h, speed
-        own = _own(x[j], x[LANES + j], TWO_PI * p[LANES + j], p[2 * LANES + j])
-        x[LANES + j] += h * (own - x[2 * LANES + j])
-        x[j] += h * x[LANES + j]
-
-
-SWINGING_LOAD = Effect(
-    name="swinging_load",
-    parameters=(
-        Parameter("mass", "kg", (0.0, 1e4), absent=0.0, about="m_s, of the moving mass"),
-        Parameter("frequency", "Hz", (0.1, 50.0), (1e-3, 1e4), about="f"),
-        Parameter("damping_ratio", "1", (1e-3, 1.0), (1e-9, 10.0), about="ζ"),
-    ),
-    laws=(_swing, _sway),
-    initial=(0.0, 0.0, 0.0, math.nan),
-    source="part of the mass hangs on a spring: a pendulum, a liquid, a frame that sways",
 )
 
 
@@ -310,13 +248,12 @@ EFFECTS = (
     CREEPING_SPRING,
     CABLE,
     LEVEL_RIPPLE,
-    ONE_WAY_LOAD,
     ONE_WAY_PULL,
-    SWINGING_LOAD,
     SPRING_WITH_PLAY,
     HANGING_ARM,
     VISCOUS_ALONG,
     INERTIAL_DRAG,
+    *MASSES,
     *MEMORIES,
     *DRIVES,
     *PLACES,
@@ -324,8 +261,10 @@ EFFECTS = (
 PLACED = {
     FRESH_DRAG.name,
     ONE_WAY_PULL.name,
+    LOAD_BEYOND.name,
+    LOAD_LATER.name,
     SWINGING_LOAD.name,
-    *(effect.name for effect in PLACES if effect is not INERTIA_ALONG),
+    *(effect.name for effect in PLACES),
 }  # act in part of their coordinate
 
 
@@ -356,8 +295,7 @@ def uncatalogued(s: Setting, named: Collection[str] = ()) -> list[Guise]:
         *remembering(s),
         *_inertial(s),
         *_pulls(s, stiff),
-        *_loads(s),
-        *_swings(s),
+        *carried(s),
         *driven(s),
         *placed(s),
     ]
@@ -416,29 +354,6 @@ def _pulls(s: Setting, stiff: float) -> list[Guise]:
     return found
 
 
-def _loads(s: Setting) -> list[Guise]:
-    """A payload that is carried in either direction only."""
-    mechanics = s.axis.mechanics
-    gravity = mechanics.g if mechanics.orientation is Orientation.VERTICAL else 0.0
-    mass = Unknown("mass", 0.1 * s.mass, -0.6 * s.mass, 2.0 * s.mass)
-    tried = _tried(ONE_WAY_LOAD, (mass,), [0.05 * s.mass], depends="acceleration")
-    return [dataclasses.replace(tried, fixed=(("direction", way), ("gravity", gravity))) for way in SIDES]
-
-
-def _swings(s: Setting) -> list[Guise]:
-    """What swings so slowly that the samples show it; beside the motor, that is what a soft transmission looks like."""
-    fastest = SHOWN / s.sample_time
-    hertz = [hertz for hertz in np.geomspace(*HERTZ).tolist() if hertz < fastest]
-    if not hertz or s.axis.sensor.side != "load":
-        return []
-    swing = (
-        Unknown("mass", 0.1 * s.mass, 0.0, 0.6 * s.mass),
-        Unknown("frequency", 1.0, 0.5 * HERTZ[0], fastest, log=True, spread=50.0),
-        Unknown("damping_ratio", 0.05, 1e-3, 0.7, log=True, spread=2.0),
-    )
-    return [_tried(SWINGING_LOAD, swing, [0.05 * s.mass], hertz, [0.03], depends="frequency")]
-
-
 def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
     """Where on its coordinate, of which the recordings `reached` so much, physics that is `PLACED` acts.
 
@@ -449,9 +364,12 @@ def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], c
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
     if name == FRESH_DRAG.name:
         return 0.0, min(WORN * min(values["travel"], values["time_constant"]), high)  # the other one is endless
-    if name != ONE_WAY_PULL.name:
+    if name == LOAD_LATER.name:
+        return min(values["time"], high), high
+    begin = {ONE_WAY_PULL.name: "begin", LOAD_BEYOND.name: "place"}.get(name)
+    if begin is None:
         return interval(name, values, reached, constant)
-    return (values["begin"], high) if values["side"] > 0.0 else (low, values["begin"])
+    return (min(values[begin], high), high) if values["side"] > 0.0 else (low, max(values[begin], low))
 
 
 def _tried(effect: Effect, unknowns: tuple[Unknown, ...], *starts: Sequence[float], depends: str) -> Guise:

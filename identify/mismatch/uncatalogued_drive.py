@@ -144,7 +144,32 @@ GAIN_ALONG = Effect(
     order=10,
     source="a lever, a linkage, a drum whose rope winds up: the transmission changes along the travel",
 )
-EFFECTS = (FADING_TORQUE, UNEVEN_GAIN, SLEW_LIMIT, WEAKENING, DEAD_BAND, SATURATING, GAIN_ALONG)
+
+
+@law(TO_DRIVE)
+def _overshoot(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        told = b[DRIVE + j]
+        before = x[j] if x[j] == x[j] else told
+        stays = h / p[LANES + j]
+        left = exp_neg(stays)
+        mean = (1.0 - left) / stays
+        b[DRIVE + j] += p[j] * (told - before) * mean
+        x[j] = told + (before - told) * left
+
+
+OVERSHOOT = Effect(
+    name="overshooting_drive",
+    parameters=(
+        Parameter("share", "1", (-0.9, 5.0), absent=0.0, about="a"),
+        Parameter("time_constant", "s", (1e-3, 10.0), (1e-9, 1e6), about="τ, in which it settles"),
+    ),
+    laws=(_overshoot,),
+    order=25,
+    initial=(math.nan,),
+    source="a drive whose current overshoots, or creeps up: F_d + a (F_d - F_d behind a lag)",
+)
+EFFECTS = (FADING_TORQUE, UNEVEN_GAIN, SLEW_LIMIT, WEAKENING, DEAD_BAND, SATURATING, GAIN_ALONG, OVERSHOOT)
 
 
 def driven(s: Setting) -> list[Guise]:
@@ -152,6 +177,8 @@ def driven(s: Setting) -> list[Guise]:
     fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+    share = Unknown("share", 0.2, -0.6, 3.0)
+    settles = Unknown("time_constant", 0.03, s.sample_time, 3.0, log=True, spread=1.5)
     slope = Unknown("relative_slope", 0.2 / s.travel, -1.8 / s.travel, 1.8 / s.travel)
     band = Unknown("band", 0.1 * s.force, 0.0, s.peak)
     return [
@@ -161,6 +188,7 @@ def driven(s: Setting) -> list[Guise]:
         Guise(DEAD_BAND, (band,), grid([0.03 * s.force, 0.1 * s.force]), depends="torque"),
         Guise(SATURATING, (loss,), grid([0.05]), fixed=(("at", s.peak),), depends="torque"),
         Guise(GAIN_ALONG, (slope,), grid([0.1 / s.travel]), fixed=(("centre", s.middle),), depends="position"),
+        Guise(OVERSHOOT, (share, settles), grid([0.1], [0.01, 0.04, 0.2]), depends="torque_rate"),
         *(
             Guise(WEAKENING, (loss,), grid([0.05]), fixed=(("speed", s.speed), ("square", square)), depends="velocity")
             for square in (0.0, 1.0)

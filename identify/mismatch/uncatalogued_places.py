@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 
 from identify.mismatch.guise import Guise, Setting, Unknown, grid
-from identify.mismatch.own_curves import QUARTER
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import cos_turns
 from plant.kernels.exponential import exp_neg
@@ -22,10 +21,8 @@ from plant.kernels.laws import (
     FORCE,
     LANES,
     LEVEL,
-    MASS,
     MIDDLE,
     MOTOR_MIDDLE,
-    SPEED,
     STAGE_LEVEL,
     TO_DRIVE,
     TO_STAGE,
@@ -45,12 +42,11 @@ FLAT = 0.15  # of the highest speeds: slower, friction falls as its own curve do
 TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
 PLACED_SPREAD = 50.0  # of an unknown that says where something is
 WIDE, SNAPS = 1.5, 2.0  # widths of a bell, or of a sector, within which it acts; those of a pull to a place
-LIGHTEST = 0.1  # of the moving mass, at least, is left where what is added is negative
 BAND = 0.15  # of the highest speeds: what is wider than such a band is friction's own curve
 
 
 @njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
-def _past(x: float) -> float:
+def past(x: float) -> float:
     """From 0 far below x = 0 to 1 far above it."""
     value: float = 0.5 * (1.0 + x / math.sqrt(1.0 + x * x))
     return value
@@ -59,7 +55,7 @@ def _past(x: float) -> float:
 @law(TO_STEP)
 def _step_level(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        b[LEVEL + j] += p[j] * _past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
+        b[LEVEL + j] += p[j] * past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
 
 
 LEVEL_STEP = Effect(
@@ -77,7 +73,7 @@ LEVEL_STEP = Effect(
 @law(TO_STEP)
 def _carry_on(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        b[FORCE + j] += p[j] * _past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
+        b[FORCE + j] += p[j] * past((b[MIDDLE + j] - p[LANES + j]) / p[2 * LANES + j])
 
 
 PICKED_UP = Effect(
@@ -191,7 +187,7 @@ def _open(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG00
         onset = p[LANES + j]
         way = p[2 * LANES + j]
         speed = way * b[VELOCITY + j] if way != 0.0 else abs(b[VELOCITY + j])
-        b[STAGE_LEVEL + j] += p[j] * _past((speed - onset) / (OPENS * onset))
+        b[STAGE_LEVEL + j] += p[j] * past((speed - onset) / (OPENS * onset))
 
 
 VALVE = Effect(
@@ -250,31 +246,7 @@ HUM = Effect(
 )
 
 
-@law(TO_STEP)
-def _grow_heavier(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
-    for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
-        turns, speed = p[2 * LANES + j] * TURN * b[MIDDLE + j], b[SPEED + j]
-        across, along = cos_turns(turns), cos_turns(turns - QUARTER)
-        heavier = p[j] * across + p[LANES + j] * along
-        steeper = p[2 * LANES + j] * (p[LANES + j] * across - p[j] * along)
-        x[j] = empty
-        b[MASS + j] = max(empty + heavier, LIGHTEST * empty)
-        b[FORCE + j] += 0.5 * steeper * speed * speed
-
-
-INERTIA_ALONG = Effect(
-    name="inertia_along",
-    parameters=(
-        Parameter("across", "kg", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="Δm cos(n y_0)"),
-        Parameter("along", "kg", (-1e3, 1e3), (-1e9, 1e9), absent=0.0, about="Δm sin(n y_0)"),
-        Parameter("times", "rad/m", (0.0, 1e3), (0.0, 1e9), reported=False, about="n: waves of 2π/n"),
-    ),
-    laws=(_grow_heavier,),
-    initial=(math.nan,),
-    source="a mass that changes along the travel, m y'' + m' y'^2/2: a linkage, an arm that unfolds, a reel",
-)
-EFFECTS = (INERTIA_ALONG, LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM)
+EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -327,15 +299,7 @@ def placed(s: Setting) -> list[Guise]:
     band = Unknown("width", 0.05 * s.speed, 0.01 * s.speed, BAND * s.speed, log=True, spread=1.0)
     bands = grid([0.1 * s.force], onsets, [0.05 * s.speed])
     hum = Guise(HUM, (force, middle, band), bands, depends="velocity")
-    return [*found, *ways, lift, hum, *_heavier(s)]
-
-
-def _heavier(s: Setting) -> list[Guise]:
-    """A mass that changes along the travel: over half a wave of it, or of a rotary axis once and twice a turn."""
-    times = (1.0, 2.0) if s.axis.is_rotary else (math.pi / s.travel,)
-    masses = tuple(Unknown(name, 0.1 * s.mass, -0.8 * s.mass, 0.8 * s.mass) for name in ("across", "along"))
-    starts = grid([0.05 * s.mass, -0.05 * s.mass], [0.05 * s.mass, -0.05 * s.mass])
-    return [Guise(INERTIA_ALONG, masses, starts, fixed=(("times", n),), depends="position") for n in times]
+    return [*found, *ways, lift, hum]
 
 
 def interval(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
