@@ -178,7 +178,7 @@ def driven(s: Setting) -> list[Guise]:
     rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
     share = Unknown("share", 0.2, -0.6, 3.0)
-    settles = Unknown("time_constant", 0.03, s.sample_time, 3.0, log=True, spread=1.5)
+    settles = Unknown("time_constant", 0.03, 0.3 * s.sample_time, 3.0, log=True, spread=1.5)
     slope = Unknown("relative_slope", 0.2 / s.travel, -1.8 / s.travel, 1.8 / s.travel)
     band = Unknown("band", 0.1 * s.force, 0.0, s.peak)
     return [
