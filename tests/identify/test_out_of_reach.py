@@ -321,7 +321,9 @@ def test_a_torque_constant_that_fades_is_none_of_many_changes(monkeypatch, wande
 
     samples = prepare(driven(1, resists, delivers=fades), AXIS)
     bare = fit_baseline(samples, AXIS, 0)
-    fading = next(guise for guise in uncatalogued(setting(AXIS, duration=20.0, mass=MASS)) if guise.depends == "time")
+    fading = next(
+        guise for guise in uncatalogued(setting(AXIS, duration=20.0, mass=MASS)) if guise.name == "fading_torque"
+    )
     _, steps = explore.explore(bare, [fading], samples)
     (step,) = [one for one in steps if one.guise.name == fading.name]
     assert step.evidence.bic < -100.0
