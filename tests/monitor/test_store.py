@@ -237,7 +237,7 @@ def test_a_full_disk_is_said_so_and_keeps_what_was_committed(sqlite_url):
 
 def test_a_reader_sees_one_snapshot_while_the_writer_goes_on(store, url):
     axis, _ = journal(store, 0, 20)
-    done = threading.Event()
+    begun, done = threading.Event(), threading.Event()
     seen = []
 
     def look():
@@ -245,14 +245,15 @@ def test_a_reader_sees_one_snapshot_while_the_writer_goes_on(store, url):
             while not done.is_set():
                 one = reader.axis("axis-1")
                 seen.append((one.samples, one.windows))
+                begun.set()
 
     thread = threading.Thread(target=look)
     thread.start()
+    assert begun.wait(30.0)
     for k in range(1, 60):
         journal(store, 20 * k, 20 * (k + 1), axis)
     done.set()
     thread.join()
-    assert seen
     assert all(samples == 20 * windows for samples, windows in seen)
 
 
