@@ -540,11 +540,13 @@ class Conclusion:
     def _felt_beside_others(self, effect: FoundEffect) -> bool:
         """Whether an effect takes some of the force away, or at least half of the error on unseen data.
 
-        What a little mass takes is above what forces are taken to; what a first break-away takes is short.
+        What a little mass takes is above what forces are taken to; what a first break-away takes is short; beside a
+        gap, whose blows are most of the force, all data must be far likelier, and unseen ones predicted clearly better.
         """
         step = _named(self.selection.steps, effect.name)
-        predicts = foretold(step.evidence) and step.evidence.unseen < MUCH
-        predicts = predicts or _elsewhere(step, self.selection.steps)
+        told = step.evidence
+        everywhere = overwhelming(told) and told.z > Z_STRONG and told.unseen < CLEARLY
+        predicts = everywhere or (foretold(told) and told.unseen < MUCH) or _elsewhere(step, self.selection.steps)
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
 
     def _told_beside_others(self, effect: FoundEffect) -> bool:

@@ -103,7 +103,7 @@ def _smallest(scene: _Scene, guise: Guise) -> Hidden | None:
     start[where] *= stretch
     x[0, problem.slot(guise)] = start
     rms, acting = effect_force(problem, x[0], guise)
-    smallest = LEAST if guise.name == STEP else SMALLEST
+    smallest = LEAST[0] if guise.name == STEP else SMALLEST
     least = MARGIN * max(smallest * fit.dry_level / max(acting, 1e-300), _least(guise, start))
     if linear:
         more = max(SAFE, least)

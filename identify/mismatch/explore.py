@@ -48,6 +48,7 @@ NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lea
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 TESTED = 0.4  # of the likeliest step's evidence: what has as much is put to the test by its own curve
+SLIGHTLY = 0.06  # of its evidence: another curve that explains more by less may be how friction falls with speed
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 CLIMBED = 0.3  # of it: what has less when fitted does not get its many peaks climbed
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
@@ -305,7 +306,10 @@ def _bound(current: Fit, step: Step, times: int, unseen: Samples) -> Step:
 
 
 def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[Step]:
-    """The steps; where one is near the likeliest and its own curve, freed, explains clearly more, so bent."""
+    """The steps; where one is near the likeliest and its own curve, freed, explains clearly more, so bent.
+
+    What takes its name away must explain more than friction's own curve may be known imperfectly.
+    """
     most = min((step.evidence.bic for step in steps), default=0.0)
     found = []
     for step in steps:
@@ -313,7 +317,8 @@ def _with_own_curves(current: Fit, steps: list[Step], unseen: Samples) -> list[S
         if freed is not None and step.evidence.bic < min(BIC, TESTED * most) and step.guise in step.fit.problem.guises:
             problem = current.problem.including((*current.problem.guises, freed))
             bent = weighed(current, fit(problem, _begun(_carried(step.fit, problem), problem, freed)), freed, unseen)
-            told = bent.evidence.bic < step.evidence.bic + BIC and _truer(bent, step)
+            gained = step.evidence.bic - bent.evidence.bic
+            told = gained > max(-BIC, -SLIGHTLY * bent.evidence.bic if bent.denied else 0.0) and _truer(bent, step)
             known = bool(bent.denied) or not bent_to_edge(bent.fit, freed)
             found.append(bent if told and known else step)
         else:

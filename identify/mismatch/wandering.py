@@ -17,7 +17,8 @@ CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 
 EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 BACK = -250.0  # evidence of the end of unseen data for a step: where it is less, friction is as it was before again
-LEAST = 0.035  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods
+LEAST = 0.035, 0.02  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods; one
+# that is proven may be smaller
 MOODS = 0.02  # of the dry friction: what falls by less while a recording lasts is how friction is just then
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 PLACE = "rail_defect"
@@ -48,7 +49,7 @@ def wanders(
     name = guise.name
     if name not in ONCE and guise.depends != "time":
         return None
-    if name == STEP and abs(_value(fitted, "step")) < LEAST * fitted.dry_level:
+    if name == STEP and abs(_value(fitted, "step")) < LEAST[proven] * fitted.dry_level:
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
     if name == STEP and parting < BACK:
         return f"{OWN_CURVE}: it goes back in data that were not fitted"

@@ -623,6 +623,15 @@ def test_what_may_be_absent_or_takes_nothing_is_no_name_beside_another(others, s
     assert Conclusion._there(fake, effect) is named
 
 
+@pytest.mark.parametrize(("z", "unseen", "felt"), [(6.5, 0.53, True), (2.5, 0.53, False), (6.5, 0.8, False)])
+def test_what_all_data_tell_beside_a_gap_needs_to_take_no_force_away(z, unseen, felt):
+    """Viscous friction that differed with the direction, 3360 and 3240: beside blows in a gap its force is nothing."""
+    told = Comparison(-3360.0, z, -2492.0, 0.32, unseen, 3240.0, 6.0, again=2000.0, lacking=0.8)
+    steps = [SimpleNamespace(guise=SimpleNamespace(name=name), evidence=told) for name in ("backlash", "viscous")]
+    fake = SimpleNamespace(selection=SimpleNamespace(steps=steps), _taken=0.57)
+    assert Conclusion._felt_beside_others(fake, FoundEffect("viscous", 0.0, {}, 1.0)) is felt
+
+
 @pytest.mark.parametrize(
     ("name", "steady", "again", "lacking", "seen"),
     [

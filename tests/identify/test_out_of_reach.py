@@ -283,6 +283,17 @@ def test_a_step_that_unseen_data_prove_is_none_of_many(proven, told):
     assert (reason is not None and reason.startswith(OTHERS)) is told
 
 
+@pytest.mark.parametrize(("size", "proven", "told"), [(0.54, False, True), (0.54, True, False), (0.3, True, True)])
+def test_a_small_step_must_be_proven(size, proven, told):
+    """An outside author's step of 2.6 % left 5 % of the error on unseen data: more than friction wanders by."""
+    samples = prepare(driven(1, lambda t, y, v: (dry(v, 20.0 + size * (t > 6.0)), 0.0)), AXIS)
+    step, _ = guises({"step_change": find("step_change")}, setting(AXIS, duration=20.0, mass=MASS))
+    start = [[step.unknown("step").scaled(size), step.unknown("time").scaled(6.0)]]
+    problem, x = extend(fit_baseline(samples, AXIS, 0), step, np.array(start))
+    reason = wanders(fit(problem, x), step, 100.0, size, proven=proven)
+    assert (reason is not None and "no more than friction wanders by" in reason) is told
+
+
 @pytest.mark.parametrize(("freed", "verdict"), [(21.0, Verdict.UNEXPLAINED), (99.0, Verdict.EXPLAINED)])
 def test_a_brake_that_frees_itself_where_nothing_is_fitted_is_no_step(freed, verdict):
     """A step of 4.25 N that left 10 % of the error was named; the brake let go before its unseen data ended."""

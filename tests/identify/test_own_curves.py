@@ -713,3 +713,21 @@ def test_a_model_that_runs_away_through_a_weak_observer_shows_nothing_there(monk
 )
 def test_a_second_name_needs_a_share_of_the_evidence_or_most_of_the_error(bic, unseen, foreseen, enough):
     assert select._enough(Comparison(bic, 4.0, bic, 0.9, unseen, foreseen, 4.0), 250.0) is enough
+
+
+@pytest.mark.parametrize(("more", "denied"), [(282.0, False), (600.0, True)])
+def test_a_name_is_not_taken_by_a_curve_that_explains_a_little_more(monkeypatch, more, denied):
+    """An author's drag had 7333, with the power 2.9 of the speed 7615: friction fell otherwise than eq. (1)."""
+    freed = SimpleNamespace(name="quadratic_drag")
+    guise = SimpleNamespace(name="quadratic_drag", freed=freed)
+    problem = SimpleNamespace(guises=(guise,), including=lambda _: None)
+    told = Comparison(-7333.0, 8.5, -6000.0, 0.5, 0.12, 5617.0)
+    drag = Step(SimpleNamespace(problem=problem), guise, told, 46.0, None)
+    bent = replace(told, bic=-7333.0 - more, foreseen=5692.0)
+    other = replace(drag, evidence=bent, refused=f"{OWN_CURVE}: with the power 2.9 of it")
+    monkeypatch.setattr(explore, "fit", lambda *_: None)
+    monkeypatch.setattr(explore, "_begun", lambda *_: None)
+    monkeypatch.setattr(explore, "_carried", lambda *_: None)
+    monkeypatch.setattr(explore, "weighed", lambda *_: other)
+    current = SimpleNamespace(problem=problem)
+    assert explore._with_own_curves(current, [drag], None) == [other if denied else drag]
