@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ from identify.mismatch.wandering import OTHERS, STEP
 from plant.axis import Axis
 
 OUT = 2.0  # times the evidence of whatever else was tried: a tone of little force that is not something else
+MORE = 1.25  # times the evidence of what is no finding: physics in no catalogue that has less is that
 SOMEWHERE = {"rail_defect", "end_stop", "step_change"}  # act in part of the travel or of the time
 
 
@@ -59,7 +60,7 @@ class Remains:
         found = structures(chosen, self.evidence.held_out, suspicious=suspicious)
         found = [s for s in found if self._felt(s)]
         beside = rivals[-1] if steps and len(rivals) > len(steps) else []
-        strange = self._strange([step for step in beside if strong(step) or overwhelming(step.evidence)])
+        strange = self._strange(beside, lambda step: strong(step) or overwhelming(step.evidence))
         return sorted([*found, *strange], key=lambda one: -one.evidence)
 
     @cached_property
@@ -125,12 +126,13 @@ class Remains:
         most = max((-step.evidence.bic for step in self.selection.opening), default=0.0)
         return not self.selection.steps and (found.coordinate != "frequency" or found.evidence > OUT * most)
 
-    def _strange(self, steps: Sequence[Step]) -> list[Structure]:
-        """What physics that is in no catalogue would explain, or an effect but for how its own curve bends.
+    def _strange(self, steps: Sequence[Step], counts: Callable[[Step], bool] = lambda _: True) -> list[Structure]:
+        """What physics that is in no catalogue would explain, if it `counts`, or an effect but for its own curve.
 
         Another exponent of the Stribeck curve is neither.
         """
-        likely = [step for step in steps if telling(step) and step.guise.name != CURVE]
+        more = [step for step in _findings(steps) if counts(step)]
+        likely = [step for step in more if telling(step) and step.guise.name != CURVE]
         return [
             *(self._along(step, step.guise.name) for step in likely if step.refused == NO_NAME),
             *(self._along(step, words.denied(step.guise.name, step.denied)) for step in likely if step.denied),
@@ -149,7 +151,8 @@ class Remains:
             least = FELT if wanders else SMALLEST
             return one.acting >= least * one.fit.dry_level and (wanders or one.refused is None or one.misplaced)
 
-        likely = [one for one in self.selection.opening if may_be(one) and strong(one) and one.evidence.z > Z]
+        likely = [one for one in _findings(self.selection.opening) if may_be(one) and strong(one)]
+        likely = [one for one in likely if one.evidence.z > Z]
         return sorted((self._along(step) for step in likely), key=lambda one: -one.evidence)
 
     def _along(self, step: Step, like: str = "") -> Structure:
@@ -161,3 +164,9 @@ class Remains:
             coordinate, *others = remembers_along(memory, self.duration)
             also = tuple(others)
         return Structure(coordinate, self.where(step, coordinate), -told.bic, told.z, 0.0, like, also=also)
+
+
+def _findings(steps: Sequence[Step]) -> list[Step]:
+    """Those that explain clearly more than a mass or a torque constant within what data sheets are off by anyway."""
+    usual = max((-step.evidence.bic for step in steps if step.small), default=0.0)
+    return [step for step in steps if -step.evidence.bic > MORE * usual]

@@ -11,7 +11,7 @@ from identify.mismatch import locate
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import CURVE
 from identify.mismatch.diagnosis import diagnose
-from identify.mismatch.guise import Setting
+from identify.mismatch.guise import NO_FINDING, Setting
 from identify.mismatch.remains import Remains
 from identify.mismatch.rules import NO_NAME, Step, best_of
 from identify.mismatch.uncatalogued import EFFECTS, uncatalogued
@@ -481,3 +481,18 @@ def test_it_must_be_told_in_two_of_three_ways(monkeypatch, evidence, unseen, for
     assert [(one.coordinate, one.like) for one in remains._strange([step])] == told * [("velocity", "frictional_lag")]
     guise.name = CURVE
     assert remains._strange([step]) == [], "another Stribeck exponent is no mismatch"
+
+
+@pytest.mark.parametrize(("evidence", "told"), [(-291.0, False), (-400.0, True)])
+def test_what_explains_hardly_more_than_a_mass_within_the_data_sheet_is_no_finding(monkeypatch, evidence, told):
+    """Healthy machines of an author: a mass 1 % too small was none, and a drive that overshoots took its place."""
+    monkeypatch.setattr(locate, "coordinates", lambda *_: {"torque_rate": np.linspace(-1.0, 1.0, 1001)})
+    seen = Comparison(evidence, 6.8, -221.0, 0.9, 0.6, 147.0, 4.0, lacking=0.9)
+    strange = Step(None, SimpleNamespace(name="overshooting_drive", depends="torque_rate"), seen, 1.0, NO_NAME, 1.0)
+    why = f"its size of -0.0018 is below 0.0026: {NO_FINDING}"
+    heavy = dataclasses.replace(strange, guise=SimpleNamespace(name="inertia_error", depends=None), refused=why)
+    mass = dataclasses.replace(heavy, evidence=dataclasses.replace(seen, bic=-305.0, unseen=0.887))
+    remains = Remains(None, SimpleNamespace(train=None), None, None, None)
+    assert [one.coordinate for one in remains._strange([strange, mass])] == ["torque_rate"] * told
+    beside = remains._strange([strange, mass], lambda step: step is not mass)
+    assert [one.coordinate for one in beside] == ["torque_rate"] * told
