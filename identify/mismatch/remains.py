@@ -19,7 +19,7 @@ from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.report_values import reported
 from identify.mismatch.result import Quantity
 from identify.mismatch.rules import CLEAN, NO_NAME, SMALLEST, STRAY, Step, Z, overwhelming, strong, telling
-from identify.mismatch.select import Selection
+from identify.mismatch.select import EXACT, Selection
 from identify.mismatch.sensor_errors import zero_jumps
 from identify.mismatch.structure import structures
 from identify.mismatch.uncatalogued import PLACED, acts_in
@@ -167,6 +167,10 @@ class Remains:
 
 
 def _findings(steps: Sequence[Step]) -> list[Step]:
-    """Those that explain clearly more than a mass or a torque constant within what data sheets are off by anyway."""
-    usual = max((-step.evidence.bic for step in steps if step.small), default=0.0)
+    """Those that explain clearly more than a mass or a torque constant within what data sheets are off by anyway.
+
+    A shift of the clocks, which is no finding either, comes beside anything.
+    """
+    small = [step for step in steps if step.small and step.guise.name in EXACT]
+    usual = max((-step.evidence.bic for step in small), default=0.0)
     return [step for step in steps if -step.evidence.bic > MORE * usual]
