@@ -244,8 +244,6 @@ HUM = Effect(
     laws=(_hum,),
     source="dry friction that is another in a band of speeds: a cover, a seal or a gear in resonance",
 )
-
-
 EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM)
 
 

@@ -1,8 +1,8 @@
-"""Answer and score the cases of a foreign simulator: `make blind-foreign FOLDER=...`.
+"""Answer and score the cases of a foreign simulator: `make blind-foreign ARGS=FOLDER`.
 
 The folder is what `author.md` asks an author for: `cases/case-NNNN/` and `labels.json`. Every case is diagnosed in a
-process of its own that gets a copy of the case folder and nothing else; the labels have no permissions until all are
-answered, and are opened only to score. Answers, `scores.json`, `report.md` and `report.json` go to `var/blind/NAME`. A
+process of its own that gets a copy of the case folder and nothing else; the labels have no permissions meanwhile,
+and are opened only to score. Answers, `scores.json`, `report.md` and `report.json` go to `var/blind/NAME`. A
 second start goes on where the first stopped; `--report` scores what is there.
 """
 
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.blind.__main__ import answer, reported
+from tests.blind.diagnosing import locked
 from tests.blind.frozen import digest, engine
 from tests.blind.scoring import Score, score
 
@@ -36,13 +37,16 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after so many minutes")
     parser.add_argument("--report", action="store_true", help="only score what is there and write the report")
     given = parser.parse_args()
+    for wanted in (given.folder / "cases", given.folder / LABELS):
+        if not wanted.exists():
+            parser.error(f"{wanted} is not there: give a folder as tests/blind/author.md asks for it")
     out = given.out / given.folder.resolve().name
     (out / "answers").mkdir(parents=True, exist_ok=True)
     if not given.report:
         print(f"engine {engine()}, thresholds {digest()}", flush=True)
         until = time.monotonic() + 60 * given.minutes
         cases = sorted(path for path in (given.folder / "cases").iterdir() if path.is_dir())
-        with ThreadPoolExecutor(given.jobs) as pool:
+        with locked(given.folder / LABELS), ThreadPoolExecutor(given.jobs) as pool:
             list(pool.map(lambda case: answer(case, out / "answers" / f"{case.name}.json", given.limit, until), cases))
     print(write_report(given.folder, out))
 

@@ -295,3 +295,20 @@ def test_cases_of_a_foreign_author_are_scored_by_his_own_labels(tmp_path):
     assert found["case-0001"]["located_first"]
     assert found["case-0001"]["interval"] is None
     assert json.loads((out / "report.json").read_text())["cases"] == 3
+
+
+def test_a_foreign_authors_labels_are_locked_while_his_cases_are_answered(tmp_path, monkeypatch, capsys):
+    folder, modes = tmp_path / "BD", []
+    (folder / "cases" / "case-0000").mkdir(parents=True)
+    arguments = ["foreign", str(folder), "--out", str(tmp_path / "out")]
+    monkeypatch.setattr("sys.argv", arguments)
+    with pytest.raises(SystemExit) as ended:
+        foreign.main()
+    assert ended.value.code == 2
+    assert "labels.json is not there" in capsys.readouterr().err
+    labels = folder / foreign.LABELS
+    labels.write_text("{}")
+    monkeypatch.setattr(foreign, "answer", lambda *_: modes.append(labels.stat().st_mode & 0o777))
+    foreign.main()
+    assert modes == [0o000]
+    assert "0 cases scored" in capsys.readouterr().out
