@@ -29,13 +29,19 @@ PLACED_SPREAD = 50.0  # of an unknown that says where or when
 SHARP = 5e-3  # of the travel: how sharply a load is picked up
 
 
+@njit(fastmath=FASTMATH, error_model="numpy", forceinline=True)
+def _bear(b: Rows, x: Rows, j: int, more: float) -> None:
+    """Let machine `j` bear so much `more` [kg] than its own mass, which its state `x` keeps."""
+    empty = x[j] if x[j] == x[j] else b[MASS + j]
+    x[j] = empty
+    b[MASS + j] = max(empty + more, LIGHTEST * empty)
+
+
 @law(TO_STEP)
 def _load_one_way(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
         carried = p[j] if p[LANES + j] * b[SPEED + j] > 0.0 else 0.0
-        x[j] = empty
-        b[MASS + j] = max(empty + carried, LIGHTEST * empty)
+        _bear(b, x, j, carried)
         b[FORCE + j] += p[2 * LANES + j] * carried
 
 
@@ -92,13 +98,11 @@ SWINGING_LOAD = Effect(
 @law(TO_STEP)
 def _grow_heavier(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
         turns, speed = p[2 * LANES + j] * TURN * b[MIDDLE + j], b[SPEED + j]
         across, along = cos_turns(turns), cos_turns(turns - QUARTER)
         heavier = p[j] * across + p[LANES + j] * along
         steeper = p[2 * LANES + j] * (p[LANES + j] * across - p[j] * along)
-        x[j] = empty
-        b[MASS + j] = max(empty + heavier, LIGHTEST * empty)
+        _bear(b, x, j, heavier)
         b[FORCE + j] += 0.5 * steeper * speed * speed
 
 
@@ -118,10 +122,8 @@ INERTIA_ALONG = Effect(
 @law(TO_STEP)
 def _load_beyond(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
         carried = p[j] * past(p[2 * LANES + j] * (b[MIDDLE + j] - p[LANES + j]) / p[4 * LANES + j])
-        x[j] = empty
-        b[MASS + j] = max(empty + carried, LIGHTEST * empty)
+        _bear(b, x, j, carried)
         b[FORCE + j] += p[3 * LANES + j] * carried
 
 
@@ -143,10 +145,8 @@ LOAD_BEYOND = Effect(
 @law(TO_STEP)
 def _load_later(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:
     for j in range(LANES):
-        empty = x[j] if x[j] == x[j] else b[MASS + j]
         carried = p[j] * min(max((t - p[LANES + j]) / h + 1.0, 0.0), 1.0)
-        x[j] = empty
-        b[MASS + j] = max(empty + carried, LIGHTEST * empty)
+        _bear(b, x, j, carried)
         b[FORCE + j] += p[2 * LANES + j] * carried
 
 
