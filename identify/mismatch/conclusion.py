@@ -33,6 +33,7 @@ from identify.mismatch.rules import (
     HARDLY,
     HELD_OUT,
     LATE,
+    LEAD,
     LESSER,
     MUCH,
     NO_NAME,
@@ -80,6 +81,7 @@ MOST_RUNS = 0.2  # of it past the worst runs: there, likelier unseen data need n
 ELSEWHERE = 100.0  # evidence for anything else that recordings may have in which a name that others have does not show
 LITTLE_ELSE = 1 / 3  # of what names make of such recordings: what these tell of anything else, where one does not act
 ACTED = 0.12  # of a sample: how well the log of a loop that runs faster tells when its torque acted, 95 %
+PLACED = 0.1  # of the dry friction: what acts in one place and is more has not wandered there
 TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
@@ -418,6 +420,14 @@ class Conclusion:
         names = [step for step in self.selection.opening if step.guise.depends is None]
         return self.nameless[0].evidence >= max((-step.evidence.bic for step in names), default=0.0)
 
+    def outdoes(self, other: Conclusion) -> bool:
+        """Whether physics in no catalogue is likelier here than the names that `other` does not tell far more of."""
+        if not self.recognised or other._evidence > TOLD_BETTER * self.nameless[0].evidence:
+            return False
+        ours = [step for step in self.selection.opening if step.guise.name in other.said and not step.misplaced]
+        named = [-step.evidence.bic for step in ours]
+        return self.nameless[0].evidence > (1.0 + LEAD) * max(named, default=0.0)
+
     @property
     def bent(self) -> set[str]:
         """Names of effects whose own curve, free to bend, is another's, where that is what is left without a name."""
@@ -430,6 +440,15 @@ class Conclusion:
         """Whether a name stands that had another's curve in `other`, whose data told far less of it."""
         known = self.verdict is Verdict.EXPLAINED and bool(self.said) and self.said <= other.bent and not self.slight
         return known and self._evidence > TOLD_BETTER * other.nameless[0].evidence
+
+    def outweighs(self, other: Conclusion) -> bool:
+        """Whether names stand that have far more evidence than the moment which is the most that `other` can tell."""
+        known = self.verdict is Verdict.EXPLAINED and bool(self.said) and not self.slight
+        if not known or other.verdict is not Verdict.UNEXPLAINED or not other.happened or other.denies(self.said):
+            return False
+        moment = other.nameless[0]
+        brief = moment.interval[1] - moment.interval[0] <= PASSING * other.remains.duration
+        return brief and self._evidence > TOLD_BETTER * moment.evidence
 
     @cached_property
     def torn(self) -> bool:
@@ -550,8 +569,21 @@ class Conclusion:
         return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
 
     def _told_beside_others(self, effect: FoundEffect) -> bool:
-        """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little."""
-        return any(told.unseen <= HARDLY or foretold(told) for told in self._ways_told(effect))
+        """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little.
+
+        Of a place that is harder by more than it wanders, they need only be likelier: they pass it for a moment each.
+        """
+        return any(
+            told.unseen <= HARDLY
+            or foretold(told)
+            or (told.foreseen > FORESEEN and told.again > 0.0 and self._placed(effect))
+            for told in self._ways_told(effect)
+        )
+
+    def _placed(self, effect: FoundEffect) -> bool:
+        """Whether an effect acts in one place, with more force than friction wanders by there."""
+        force = _named(self.selection.steps, effect.name).acting
+        return effect.name in PLACES and force > PLACED * self.bare.dry_level
 
     def _ways_told(self, effect: FoundEffect) -> Iterator[Comparison]:
         """What spoke for an effect when it was added, and what does beside the others as they ended: bent, or more."""

@@ -147,7 +147,7 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several:
-        if isinstance(part, Conclusion) and part.straightens(first):
+        if isinstance(part, Conclusion) and (part.straightens(first) or part.outweighs(first)):
             return part
         if explained or first.recognised or part is first or isinstance(part, Diagnosis):
             return found
@@ -190,8 +190,8 @@ def _moving(
 def _tells(parts: Conclusion, whole: Conclusion) -> bool:
     """Whether what `parts` of a recording say is the answer, and not what `whole` ones said without a name."""
     if parts.verdict is Verdict.EXPLAINED:
-        return not (parts.slight or whole.denies(parts.said))
-    told = whole.spelled or whole.confirmed
+        return not (parts.slight or whole.denies(parts.said) or whole.outdoes(parts))
+    told = whole.spelled or whole.confirmed or (whole.recognised and not parts.recognised)
     less = {Verdict.NO_MISMATCH, Verdict.UNEXPLAINED} if told else {Verdict.NO_MISMATCH}
     return not (parts.verdict in less and whole.verdict is Verdict.UNEXPLAINED)
 

@@ -22,10 +22,12 @@ from identify.mismatch.rules import (
     BIC,
     BREAK_AWAY,
     KNOWN,
+    MUCH,
     NO_NAME,
     Step,
     all_told,
     bent_to_edge,
+    overwhelming,
     price,
     proven,
     refusal,
@@ -43,7 +45,7 @@ Floats = NDArray[np.float64]
 NOTHING: Mapping[Way, Fit] = MappingProxyType({})
 FAINT = 0.03  # of the best lead's expected gain: fainter ones cannot win
 REFITS = 5  # names per observer gain that get a full fit, however many ways each may be present in
-STRANGE = 2  # kinds of physics that are in no catalogue per observer gain that get a full fit
+STRANGE = 3  # kinds of physics that are in no catalogue per observer gain that get a full fit
 NOTABLE, SHARE = 40.0, 0.1  # their expected gain, and its share of the best lead's: less beats no name and is not told
 WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
@@ -54,8 +56,11 @@ CLIMBED = 0.3  # of it: what has less when fitted does not get its many peaks cl
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
 # always refitted: eq. (1) imitates a drag, rests are few, a share of viscous friction that the fit has lost is nothing
 NO_SLOPE = {"quadratic_drag", "dwell_time_stiction", "viscous_asymmetry", "thermal_drift"}
-# always looked at beside a likelier relative: from where neither is near, bristles have no slope
-RELATIVES = {"presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "creeping_spring"}}
+# always looked at beside a likelier relative: from where neither is near, these have no slope
+RELATIVES = {
+    "presliding_hysteresis": {"cable_hysteresis", "frictional_lag", "creeping_spring"},
+    "rested_grease": {"dwell_time_stiction"},
+}
 # looked at in each of its ways: the constant force hides if a mass has its weight, static friction how a rise falls
 WAYS = {"inertia_error", "dwell_time_stiction"}
 LOOK = 8  # iterations of each polish of a first look
@@ -368,8 +373,8 @@ def reason_against(fitted: Fit, guise: Guise, evidence: Comparison, acting: floa
     refused = refusal(fitted, guise, evidence, acting)
     if refused not in (None, NO_NAME):
         return refused
-    told, sure = all_told(evidence), proven(evidence)
-    return wanders(fitted, guise, told, acting, proven=sure, parting=evidence.parting) or refused
+    told, solved, sure = all_told(evidence), proven(evidence), overwhelming(evidence) and evidence.unseen < MUCH
+    return wanders(fitted, guise, told, acting, proven=solved, sure=sure, parting=evidence.parting) or refused
 
 
 def _shrink(problem: ExtendedProblem, x: Floats, guise: Guise, seen: Floats) -> None:

@@ -33,7 +33,8 @@ NO_FINDING = "less is no finding"  # end of the reason that a size is too small 
 OWN_CURVE = "its curve is another"  # beginning of the reason that a likely effect is not what it is called
 CLOCK = 0.25  # of the recording's own period: a shift between torque and position that means nothing
 STIFF = 2e-5  # m: bristles that bend no further than this before they slide cannot be told from none
-TRAVEL = 0.4  # m: of a rotary axis, all of it counts as so much
+PLACED_SPREAD = 50.0  # of an unknown that says where or when something is
+TRAVEL = 0.4  # m: of a rotary axis, all of it counts as so much; an ordinary one
 
 
 def metre(axis: Axis, travel: float) -> float:
@@ -87,6 +88,17 @@ class Setting:
         """1 N/m on a linear axis; on a rotary or a weak one what is as stiff to its forces. [N/m or N·m/rad]."""
         share = self.force / STRONG
         return share / self.metre if self.axis.is_rotary else min(share, 1.0)
+
+    @property
+    def moment(self) -> Unknown:
+        """When something happens for good, as an unknown. [s]"""
+        half = 0.5 * self.duration
+        return Unknown("time", 0.02 * self.duration, 0.0, self.duration, origin=half, spread=PLACED_SPREAD)
+
+    @property
+    def moments(self) -> list[float]:
+        """Where one is looked for. [s]"""
+        return [float(moment) for moment in self.duration * np.linspace(0.15, 0.85, 6)]
 
     @property
     def middle(self) -> float:

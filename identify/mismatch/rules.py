@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Comparison, Fit, block_z
 from identify.mismatch.curve import CURVE
 from identify.mismatch.guise import NO_FINDING, OWN_CURVE, STIFF, Guise, metre
+from identify.mismatch.own_curves import LENGTHS
 from identify.promoted import CONSTANT
 
 Bools = NDArray[np.bool_]
@@ -220,14 +221,19 @@ def _too_damped(fitted: Fit, guise: Guise) -> str | None:
 
 
 def _too_lasting(fitted: Fit, guise: Guise) -> str | None:
-    """Why stiction does not grow at rest: contacts break within less than what follows the rest here; or None."""
+    """Why stiction does not grow at rest: contacts break within less than what follows the rest here; or None.
+
+    Those that age ever more slowly may take several slip lengths, others no more than one.
+    """
     if guise.name != "dwell_time_stiction":
         return None
-    last = fitted.problem.slot(guise).start + guise.size - 1
-    slip = guise.unknowns[-1]
-    if fitted.x[last] < fitted.problem.bounds[1][last] - 1e-6:
+    x, slip = fitted.x[fitted.problem.slot(guise)], guise.unknowns[-1]
+    longest = slip.high
+    if guise.shapes:
+        longest *= (1.0 + (LENGTHS - 1.0) * min(guise.value(x, "slows"), 1.0)) / LENGTHS
+    if guise.value(x, slip.parameter) < 0.999 * longest:
         return None
-    return f"its size of {slip.high:.2g} of slip is on its bound: what follows the rest is no broken contact"
+    return f"its size of {longest:.2g} of slip is on its bound: what follows the rest is no broken contact"
 
 
 def _too_much(fitted: Fit, guise: Guise) -> str | None:

@@ -223,11 +223,22 @@ def _around(first: Selection, search: Search) -> Selection:
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
         kept = found.steps[0]
         other = len(found.steps) > 1 or kept.guise.name != step.guise.name or bool(found.aside)
-        if not other or cost(found.chosen) > likeliest - TIED_BIC:
+        if not other or cost(found.chosen) > likeliest - TIED_BIC or _odder_beside(found, search):
             continue
         if reason_against(found.chosen, kept.guise, kept.evidence, kept.acting) is None:
             return found
     return first
+
+
+def _odder_beside(found: Selection, search: Search) -> bool:
+    """Whether physics in no catalogue keeps a single name from being given beside what is no effect, too."""
+    strangers = {step.guise.name for step in found.opening if step.refused == NO_NAME and step.guise.name != CURVE}
+    if len(found.steps) > 1 or not found.aside or not strangers:
+        return False
+    name = found.steps[0].guise
+    rest = without(found.chosen, name)
+    _, tried = search.explore(rest, strangers | {name.name}, AGAIN, Stage.TEST)
+    return best_of(tried) is None
 
 
 def _hopeful(step: Step) -> bool:

@@ -22,7 +22,7 @@ from identify.mismatch.uncatalogued_drive import driven
 from identify.mismatch.uncatalogued_mass import EFFECTS as MASSES
 from identify.mismatch.uncatalogued_mass import LOAD_BEYOND, LOAD_LATER, SWINGING_LOAD, carried
 from identify.mismatch.uncatalogued_memory import EFFECTS as MEMORIES
-from identify.mismatch.uncatalogued_memory import FRESH_DRAG, remembering
+from identify.mismatch.uncatalogued_memory import FRESH_DRAG, VISCOUS_LATER, remembering
 from identify.mismatch.uncatalogued_places import EFFECTS as PLACES
 from identify.mismatch.uncatalogued_places import SIDES, TURN, interval, placed
 from identify.mismatch.ways_place import waves
@@ -264,6 +264,7 @@ PLACED = {
     LOAD_BEYOND.name,
     LOAD_LATER.name,
     SWINGING_LOAD.name,
+    VISCOUS_LATER.name,
     *(effect.name for effect in PLACES),
 }  # act in part of their coordinate
 
@@ -364,7 +365,7 @@ def acts_in(name: str, values: dict[str, float], reached: tuple[float, float], c
         return values["frequency"] / WIDTH, values["frequency"] * WIDTH
     if name == FRESH_DRAG.name:
         return 0.0, min(WORN * min(values["travel"], values["time_constant"]), high)  # the other one is endless
-    if name == LOAD_LATER.name:
+    if name in {LOAD_LATER.name, VISCOUS_LATER.name}:
         return min(values["time"], high), high
     begin = {ONE_WAY_PULL.name: "begin", LOAD_BEYOND.name: "place"}.get(name)
     if begin is None:

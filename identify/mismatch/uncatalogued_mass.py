@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.guise import PLACED_SPREAD, Guise, Setting, Unknown, grid
 from identify.mismatch.own_curves import QUARTER
 from identify.mismatch.uncatalogued_places import SIDES, TURN, past
 from plant.axis import Orientation
@@ -25,7 +25,6 @@ LIGHTEST = 0.1  # of the moving mass, at least, is left where what is added is n
 HERTZ = 0.4, 10.0, 35  # starts of what swings: so close that a few swings stay in step
 SHOWN = 0.05  # of the rate of the samples: frequencies that they show well
 SLIPS = 0.03, 0.1, 0.3  # of the highest acceleration: beyond it what is loose may slip
-PLACED_SPREAD = 50.0  # of an unknown that says where or when
 SHARP = 5e-3  # of the travel: how sharply a load is picked up
 
 
@@ -234,11 +233,9 @@ def _loads(s: Setting) -> list[Guise]:
     mass = Unknown("mass", 0.1 * s.mass, -0.6 * s.mass, 2.0 * s.mass)
     begun = [0.05 * s.mass]
     place = Unknown("place", 0.02 * s.travel, s.lowest, s.highest, origin=s.middle, spread=PLACED_SPREAD)
-    time = Unknown("time", 0.02 * s.duration, 0.0, s.duration, origin=0.5 * s.duration, spread=PLACED_SPREAD)
     places = (s.lowest + s.travel * np.linspace(0.2, 0.8, 4)).tolist()
-    moments = (s.duration * np.linspace(0.15, 0.85, 6)).tolist()
     length = ("length", SHARP * s.travel)
-    found = [Guise(LOAD_LATER, (mass, time), grid(begun, moments), fixed=(gravity,), depends="time")]
+    found = [Guise(LOAD_LATER, (mass, s.moment), grid(begun, s.moments), fixed=(gravity,), depends="time")]
     for side in SIDES:
         one_way = (("direction", side), gravity)
         found.append(Guise(ONE_WAY_LOAD, (mass,), grid(begun), fixed=one_way, depends="acceleration"))

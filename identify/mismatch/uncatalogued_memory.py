@@ -127,7 +127,7 @@ def _stiffen(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: AR
 def _work(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         rested = rests_for(h, abs(b[SPEED + j]), b[BRISTLE_STIFFNESS + j])
-        worked = x[j] * exp_neg(h * abs(b[VELOCITY + j]) / p[3 * LANES + j])
+        worked = x[j] * exp_neg(h * abs(b[VELOCITY + j]) / p[3 * LANES + j] + h / p[4 * LANES + j])
         x[j] = 1.0 - (1.0 - x[j]) * exp_neg(rested / p[2 * LANES + j]) if rested > 0.0 else worked
 
 
@@ -138,19 +138,39 @@ RESTED = Effect(
         Parameter("coefficient", "N*s/m", (0.0, 1e5), (-1e9, 1e9), absent=0.0, about="B"),
         Parameter("time_constant", "s", (1e-2, 1e3), (1e-6, 1e6), about="τ, of the rest"),
         Parameter("travel", "m", (1e-3, 10.0), (1e-9, 1e12), about="d, after which it is worked off"),
+        Parameter("release", "s", (1e-3, 1e2), (1e-6, 1e12), about="τ_r, of motion, after which it is gone"),
     ),
     laws=(_stiffen, _work),
     initial=(0.0,),
-    source="friction that a rest raises for a good part of the travel: grease that stiffens, a seal that sets",
+    source="friction that a rest raises for more than a break-away: grease that stiffens, a brake that opens late",
 )
-EFFECTS = (FRESH_DRAG, FRICTIONAL_LAG, FILM, RESTED)
+
+
+@law(TO_STEP)
+def _thicken(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        more = p[j] * min(max((t - p[LANES + j]) / h + 1.0, 0.0), 1.0)
+        b[VISCOUS_FORWARD + j] += more
+        b[VISCOUS_BACKWARD + j] += more
+
+
+VISCOUS_LATER = Effect(
+    name="viscous_later",
+    parameters=(
+        Parameter("coefficient", "N*s/m", (-1e4, 1e4), (-1e9, 1e9), absent=0.0, about="B"),
+        Parameter("time", "s", (0.0, 1e5), (-1e9, 1e9), about="from which on it is there"),
+    ),
+    laws=(_thicken,),
+    source="viscous friction that changes at one moment: fresh grease, a tool that dips in",
+)
+EFFECTS = (FRESH_DRAG, FRICTIONAL_LAG, FILM, RESTED, VISCOUS_LATER)
 
 
 def remembering(s: Setting) -> list[Guise]:
     """Every way in which friction that remembers is tried in recordings of this setting."""
     lag = Unknown("time_constant", 0.03, 0.1 * s.sample_time, 1.0, log=True)
     late = Guise(FRICTIONAL_LAG, (lag,), grid([0.005, 0.015, 0.04, 0.12]), depends="velocity")
-    return [late, _remembers(s), *_afresh(s), *_rested(s)]
+    return [late, _remembers(s), *_afresh(s), *_rested(s), _thickens(s)]
 
 
 def _remembers(s: Setting) -> Guise:
@@ -181,7 +201,7 @@ def _afresh(s: Setting) -> list[Guise]:
 
 
 def _rested(s: Setting) -> list[Guise]:
-    """Dry or viscous friction raised by a rest, where the axis rests."""
+    """Dry or viscous friction raised by a rest, where the axis rests, and worked off along the way, or with time."""
     if s.rests < SHORTEST:
         return []
     raised = {"force": 0.1 * s.force, "coefficient": 0.1 * s.force / s.speed}
@@ -191,9 +211,21 @@ def _rested(s: Setting) -> list[Guise]:
     found = []
     for name, unit in raised.items():
         unknowns = (Unknown(name, unit, 0.0, 20.0 * unit), time, travel)
-        fixed = tuple((other, 0.0) for other in raised if other != name)
+        fixed = (*((other, 0.0) for other in raised if other != name), ("release", ENDLESS))
         found.append(Guise(RESTED, unknowns, grid([0.5 * unit], times, ways), fixed=fixed, depends="dwell_time"))
-    return found
+    release = Unknown("release", 0.2, 2.0 * s.sample_time, 0.2 * s.duration, log=True, spread=1.5)
+    any_rest = dataclasses.replace(time, low=1e-3 * s.rests)
+    opens = (Unknown("force", raised["force"], 0.0, 20.0 * raised["force"]), any_rest, release)
+    starts = grid([0.5 * raised["force"]], [0.1 * s.rests, 2.0 * s.rests], [0.06, 0.25, 1.0])
+    late = (("coefficient", 0.0), ("travel", ENDLESS))
+    return [*found, Guise(RESTED, opens, starts, fixed=late, depends="dwell_time")]
+
+
+def _thickens(s: Setting) -> Guise:
+    """Viscous friction that is another from one moment on."""
+    unit = 0.1 * s.force / s.speed
+    coefficient = Unknown("coefficient", unit, -20.0 * unit, 20.0 * unit)
+    return Guise(VISCOUS_LATER, (coefficient, s.moment), grid([0.5 * unit], s.moments), depends="time")
 
 
 def remembers_along(time_constant: float, duration: float) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.guise import PLACED_SPREAD, Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect, Parameter
 from plant.kernels.cosine import cos_turns
 from plant.kernels.exponential import exp_neg
@@ -40,7 +40,6 @@ SIDES = (1.0, -1.0)
 OPENS = 0.15  # of the speed from which on it drags: how sharply
 FLAT = 0.15  # of the highest speeds: slower, friction falls as its own curve does
 TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
-PLACED_SPREAD = 50.0  # of an unknown that says where something is
 WIDE, SNAPS = 1.5, 2.0  # widths of a bell, or of a sector, within which it acts; those of a pull to a place
 BAND = 0.15  # of the highest speeds: what is wider than such a band is friction's own curve
 

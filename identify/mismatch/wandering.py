@@ -18,7 +18,7 @@ EDGE = 0.03  # of the recording: a step so close to its ends may be anything tha
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 BACK = -250.0  # evidence of the end of unseen data for a step: where it is less, friction is as it was before again
 LEAST = 0.035, 0.02  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods; one
-# that is proven may be smaller
+# of which all data are sure may be smaller
 MOODS = 0.02  # of the dry friction: what falls by less while a recording lasts is how friction is just then
 OTHERS = "friction steps at other moments too"  # beginning of the reason
 PLACE = "rail_defect"
@@ -31,7 +31,7 @@ APART = 2.0  # widths of both between them
 
 
 def wanders(
-    fitted: Fit, guise: Guise, evidence: float, acting: float, *, proven: bool, parting: float = 0.0
+    fitted: Fit, guise: Guise, evidence: float, acting: float, *, proven: bool, sure: bool = False, parting: float = 0.0
 ) -> str | None:
     """Why a change in time is no event of its own, or None.
 
@@ -44,12 +44,13 @@ def wanders(
         evidence: of fitted and of unseen data for the change, > 0. [1]
         acting: force of the change, where it acts. [N]
         proven: whether unseen data foretell it, and leave hardly any error.
+        sure: whether all data are far likelier with it, and half of the error on unseen ones is gone.
         parting: the least evidence of unseen data for it from any moment on. [1]
     """
     name = guise.name
     if name not in ONCE and guise.depends != "time":
         return None
-    if name == STEP and abs(_value(fitted, "step")) < LEAST[proven] * fitted.dry_level:
+    if name == STEP and abs(_value(fitted, "step")) < LEAST[proven or sure] * fitted.dry_level:
         return f"a step of {_value(fitted, 'step'):.2g} is no more than friction wanders by"
     if name == STEP and parting < BACK:
         return f"{OWN_CURVE}: it goes back in data that were not fitted"

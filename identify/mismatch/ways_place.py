@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from identify.mismatch.guise import Guise, Setting, Unknown, grid
+from identify.mismatch.guise import TRAVEL, Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
 LONGEST = 1.5  # of the travel: a turn of the motor whose ripple shows on it
@@ -23,8 +23,11 @@ def position_friction(e: Effect, s: Setting) -> list[Guise]:
 
 
 def defect(e: Effect, s: Setting) -> list[Guise]:
-    """A bump anywhere on the travel, narrow to wide; what is wider than a quarter of the travel is no place."""
-    metre = s.metre
+    """A bump anywhere on the travel, narrow to wide; what is wider than a quarter of the travel is no place.
+
+    Two millimetres are narrow on a machine of ordinary travel; on a smaller one it is as small a part of its travel.
+    """
+    metre = min(s.metre, s.travel / TRAVEL)
     widest = min(0.2 * metre, 0.25 * s.travel)
     unknowns = (
         Unknown("amplitude", 0.1 * s.force, -2 * s.force, 2 * s.force),

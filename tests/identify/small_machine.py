@@ -28,6 +28,7 @@ def driven(
     delivers: Callable[[float, float], float] = lambda told, _: told,
     carries: Callable[[float, float, float], float] = lambda t, y, v: 0.0,
     swiftest: float = 0.4,
+    travel: float = 0.4,
 ) -> Recording:
     """Moves between random places, torque held for 10 ms.
 
@@ -38,9 +39,10 @@ def driven(
         delivers: force of the drive [N] for what it is told, and at what place, asked at every step.
         carries: mass that moves along at that time, place and speed. [kg]
         swiftest: speed of the moves. [m/s]
+        travel: of the moves. [m]
     """
     rng = np.random.default_rng(seed)
-    goals = np.repeat(rng.uniform(0.0, 0.4, round(3 * seconds)), 60)
+    goals = np.repeat(rng.uniform(0.0, travel, round(3 * seconds)), 60)
     y = v = wanted = force = total = 0.0
     rows = []
     for k in range(round(seconds / STEP)):

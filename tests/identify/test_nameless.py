@@ -484,9 +484,29 @@ def test_no_shape_turns_within_the_noise_of_its_coordinate():
     ],
 )
 def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told):
-    evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z)
-    fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]))
+    evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z, again=100.0)
+    fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]), _placed=lambda _: False)
     assert Conclusion._told_beside_others(fake, None) is told
+
+
+@pytest.mark.parametrize(
+    ("name", "acting", "foreseen", "again", "told"),
+    [
+        ("rail_defect", 5.5, 170.0, 17.0, True),
+        ("rail_defect", 3.0, 170.0, 17.0, False),
+        ("step_change", 5.5, 170.0, 17.0, False),
+        ("rail_defect", 5.5, 50.0, 17.0, False),
+        ("rail_defect", 5.5, 170.0, -17.0, False),
+    ],
+)
+def test_of_a_place_that_is_much_harder_unseen_data_need_only_be_likelier(name, acting, foreseen, again, told):
+    """A dent of 20 % of the dry friction beside a lag: 646, unseen data 170 with z = 1.5, 90 % of the error left."""
+    evidence = Comparison(-646.0, 2.5, -291.0, 0.66, 0.9, foreseen, 1.5, again=again)
+    steps = [SimpleNamespace(guise=SimpleNamespace(name=name), evidence=evidence, acting=acting)]
+    fake = SimpleNamespace(selection=SimpleNamespace(steps=steps), bare=SimpleNamespace(dry_level=32.5))
+    fake._ways_told = lambda _: iter([evidence])
+    fake._placed = lambda effect: Conclusion._placed(fake, effect)
+    assert Conclusion._told_beside_others(fake, FoundEffect(name, 0.1, {}, 1.0)) is told
 
 
 def test_what_the_others_curves_hid_is_told_by_unseen_data_once_these_are_bent(monkeypatch):

@@ -446,15 +446,19 @@ def test_nothing_is_put_together_from_names_where_one_stranger_is_twice_as_likel
 
 
 @pytest.mark.parametrize(
-    ("found", "aside", "named"),
+    ("found", "aside", "odder", "named"),
     [
-        ("dwell_time_stiction", (), True),  # it was not seen by itself
-        ("torque_saturation", (), False),
-        ("torque_saturation", ("stribeck_exponent",), True),  # an asymmetry beside another exponent: a drag one way
+        ("dwell_time_stiction", (), False, True),  # it was not seen by itself
+        ("torque_saturation", (), False, False),
+        ("torque_saturation", ("stribeck_exponent",), False, True),  # an asymmetry beside another exponent
+        ("torque_saturation", ("stribeck_exponent",), True, False),
     ],
 )
-def test_a_name_that_alone_was_less_likely_than_a_stranger_is_the_answer(priced, monkeypatch, found, aside, named):
-    """Beside another name, which it makes unnecessary, or beside what is no effect."""
+def test_a_name_that_alone_was_less_likely_than_a_stranger_is_the_answer(
+    priced, monkeypatch, found, aside, odder, named
+):
+    """Beside another name, which it makes unnecessary, or what is no effect; the stranger is no likelier there."""
+    monkeypatch.setattr(select, "_odder_beside", lambda *_: odder)
     chosen = Priced(-5300.0).holding(found, *aside)
     monkeypatch.setattr(
         select, "_forward", lambda begun, *_: replace(begun, steps=[step(found, -5300.0)], chosen=chosen)
@@ -490,7 +494,7 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
         made = SimpleNamespace(
             verdict=verdict, selection=SimpleNamespace(steps=steps), bare=bare, torn=True, spelled=False,
             happened=False, confirmed=False, hinted=False, recognised=False, bent=set(), foretells_name=False,
-            unpaid=False, denies=lambda _: False,
+            unpaid=False, denies=lambda _: False, outdoes=lambda _: False,
             evidence=SimpleNamespace(kind="time"), said={one.guise.name for one in steps},
         )  # fmt: skip
         made.slight = Conclusion.slight.fget(made)

@@ -72,6 +72,19 @@ def test_what_acts_in_part_of_its_coordinate_is_no_defect_no_ripple_no_asymmetry
     assert min(high, interval[1]) - max(low, interval[0]) > 0.6 * (max(high, interval[1]) - min(low, interval[0]))
 
 
+def test_a_small_axis_has_small_dents():
+    """Its dent of 1.7 mm on 80 mm was none: 2 mm are narrow on a machine five times as long."""
+
+    def dent(_, y, v):
+        return dry(v) + 5.0 * np.exp(-0.5 * ((y - 0.03) / 1.2e-3) ** 2), 0.0
+
+    found = diagnose([driven(seed, dent, swiftest=0.08, travel=0.08) for seed in (1, 2)], AXIS)
+    assert [effect.name for effect in found.effects] == ["rail_defect"]
+    for name, true in (("amplitude", 5.0), ("centre", 0.03), ("width", 1.2e-3)):
+        low, high = found.effects[0].parameters[name].ci95
+        assert low < true < high
+
+
 def test_a_healthy_machine_has_no_band_of_speeds():
     found = diagnose([driven(seed, lambda _, __, v: (dry(v), 0.0)) for seed in (1, 2)], AXIS)
     assert found.verdict.value == "no_mismatch"

@@ -102,6 +102,7 @@ def concluded(judges, verdict, said, *, several=True, **changed):
         denies=lambda _: False, holds_beside=lambda _: False, confirms=lambda _: False,
     )  # fmt: skip
     made.repeats = lambda other: Conclusion.repeats(made, other)
+    made.straightens = made.outweighs = made.outdoes = lambda _: False
     for name, value in changed.items():
         setattr(made, name, value)
     return made
@@ -141,3 +142,65 @@ def test_a_name_that_one_end_of_a_single_recording_foretells_is_asked_of_the_oth
     twice = concluded("BOTH", "EXPLAINED", {"load"}, several=False)
     monkeypatch.setattr(diagnosis, "told_twice", lambda *both: twice if both == tuple(found.values()) else None)
     assert diagnosis.conclude([LOGGED], None) is (twice if asked else found["LAST"])
+
+
+@pytest.mark.parametrize(
+    ("changed", "outweighs"),
+    [
+        ({}, True),
+        ({"interval": (3.5, 14.5)}, False),
+        ({"evidence": 5000.0}, False),
+        ({"coordinate": "position"}, False),
+        ({"slight": True}, False),
+        ({"denied": True}, False),
+    ],
+)
+def test_a_name_outweighs_the_moment_that_kept_it_from_being_seen(changed, outweighs):
+    """A ripple that the end of a recording told, 8150; its beginning was left with a second at the torque's limit."""
+    given = {"interval": (3.5, 4.5), "evidence": 1556.0, "coordinate": "time", **changed}
+    moment = SimpleNamespace(**given)
+    whole = SimpleNamespace(
+        verdict=Verdict.UNEXPLAINED, nameless=[moment], denies=lambda _: given.get("denied", False),
+        remains=SimpleNamespace(duration=25.0),
+    )  # fmt: skip
+    whole.happened = Conclusion.happened.fget(whole)
+    part = SimpleNamespace(
+        verdict=Verdict.EXPLAINED, said={"torque_ripple"}, slight=given.get("slight", False), _evidence=8150.0
+    )
+    assert Conclusion.outweighs(part, whole) is outweighs
+
+
+@pytest.mark.parametrize(("also", "judges"), [(False, "LAST"), (True, "PART")])
+def test_what_parts_leave_without_a_name_does_not_replace_what_the_whole_recognised(monkeypatch, also, judges):
+    found = {
+        "LAST": concluded("LAST", "UNEXPLAINED", set(), several=False, torn=True, recognised=True),
+        "PART": concluded("PART", "UNEXPLAINED", set(), several=False, recognised=also),
+    }
+    found["LAST"].spelled = False
+    for name, stand_in in STAND_INS.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
+    assert diagnosis.conclude([LOGGED], None).judges == judges
+
+
+@pytest.mark.parametrize(
+    ("recognised", "here", "evidence", "outdone"),
+    [
+        (True, 1397.0, 2583.0, True),
+        (True, 1600.0, 2583.0, False),
+        (True, 1397.0, 5000.0, False),
+        (False, 1397.0, 2583.0, False),
+    ],
+)
+def test_parts_must_tell_a_name_far_better_than_the_whole_tells_what_has_none(recognised, here, evidence, outdone):
+    """A brake that opens late, 1804, was a torque that is clipped, 1397 and, where parts of both judged, 2583."""
+    names = ("torque_saturation", here, False), ("dwell_time_stiction", 1722.0, True)
+    opening = [
+        SimpleNamespace(guise=SimpleNamespace(name=name), evidence=SimpleNamespace(bic=-told), misplaced=odd)
+        for name, told, odd in names
+    ]
+    whole = SimpleNamespace(
+        recognised=recognised, nameless=[SimpleNamespace(evidence=1804.0)], selection=SimpleNamespace(opening=opening)
+    )
+    parts = SimpleNamespace(_evidence=evidence, said={name for name, *_ in names})
+    assert Conclusion.outdoes(whole, parts) is outdone

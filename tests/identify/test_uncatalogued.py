@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import locate
+from identify.mismatch import locate, select
 from identify.mismatch.compare import Comparison
 from identify.mismatch.curve import CURVE
 from identify.mismatch.diagnosis import diagnose
@@ -362,6 +362,71 @@ def test_a_load_that_does_not_come_along_at_once_is_no_friction_under_load(load,
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate == "acceleration"
     assert like in found.explanation
+
+
+class LateBrake:
+    """A holding brake that opens 0.3 s after the motion begins, where the axis has rested for 0.1 s: 12 N at first."""
+
+    def __init__(self):
+        self.rested, self.moved = 0.0, 9.0
+
+    def __call__(self, _, __, v):
+        self.rested = self.rested + STEP if v == 0.0 else 0.0
+        self.moved = self.moved + STEP if self.rested < 0.1 else 0.0
+        return dry(v) + (12.0 * max(1.0 - self.moved / 0.3, 0.0) if v else 0.0), 0.0
+
+
+def test_a_brake_that_opens_late_is_no_torque_that_is_clipped():
+    found = diagnose([driven(seed, LateBrake()) for seed in (3, 4)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "dwell_time"
+    assert "a brake that opens late" in found.explanation
+
+
+def test_viscous_friction_that_changes_at_one_moment_is_no_warmth():
+    found = diagnose(
+        [driven(seed, lambda t, _, v: (dry(v) + 10.0 * abs(v) * (t > 10.0), 0.0)) for seed in (3, 4)], AXIS
+    )
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "time"
+    assert found.location.interval[0] == pytest.approx(10.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("place", "width"), [(0.2, 0.02), (0.25, 0.08)])
+def test_springs_that_hold_the_middle_are_no_spring(place, width):
+    """Two preloaded springs: another author's were a spring, given another exponent of eq. (1) beside it."""
+    found = diagnose([driven(s, lambda _, y, v: (dry(v), 3.0 * np.tanh((y - place) / width))) for s in (3, 4)], AXIS)
+    assert found.verdict.value == "unexplained", found.effects
+    assert found.location.coordinate == "position"
+
+
+def test_beside_what_is_no_effect_a_name_competes_on_equal_terms(monkeypatch):
+    """What keeps a name from being given has another exponent, or a shift of the clocks, beside it, too."""
+    spring, weight = (
+        SimpleNamespace(name=name, depends=depends) for name, depends in (("spring", None), ("weight", "position"))
+    )
+    asked = []
+
+    class Offered:
+        @staticmethod
+        def explore(rest, names, *_):
+            asked.append((rest, names))
+            return rest, tried
+
+    def selected(aside, more=()):
+        opening = [SimpleNamespace(guise=weight, refused=NO_NAME), SimpleNamespace(guise=spring, refused=None)]
+        steps = [SimpleNamespace(guise=spring), *more]
+        return SimpleNamespace(opening=opening, steps=steps, aside=aside, chosen="both")
+
+    monkeypatch.setattr(select, "without", lambda fitted, guise: f"{fitted} without {guise.name}")
+    monkeypatch.setattr(select, "best_of", lambda steps: steps[0] if steps else None)
+    tried = []
+    assert select._odder_beside(selected({CURVE}), Offered)
+    tried = ["spring"]
+    assert not select._odder_beside(selected({CURVE}), Offered)
+    assert asked == [("both without spring", {"spring", "weight"})] * 2
+    assert not select._odder_beside(selected(set()), Offered)
+    assert not select._odder_beside(selected({CURVE}, [SimpleNamespace(guise=weight)]), Offered)
 
 
 def test_a_fan_that_brakes_one_way_is_no_viscous_friction():
