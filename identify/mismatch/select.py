@@ -221,6 +221,8 @@ def _around(first: Selection, search: Search) -> Selection:
     for step in [*named, *(step for step in fair.values() if step not in named)][:DETOURS]:
         begun = Selection.beginning(step, first.baseline, first.opening)
         found = _forward(begun, search, cost(step.fit) - likeliest + TIED_BIC)
+        if not found.steps:  # beside what is no effect, nothing is left of it
+            continue
         kept = found.steps[0]
         other = len(found.steps) > 1 or kept.guise.name != step.guise.name or bool(found.aside)
         if not other or cost(found.chosen) > likeliest - TIED_BIC or _odder_beside(found, search):

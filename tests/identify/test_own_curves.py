@@ -469,6 +469,14 @@ def test_a_name_that_alone_was_less_likely_than_a_stranger_is_the_answer(
     assert [one.guise.name for one in answer.steps] == ([found] if named else [])
 
 
+def test_a_name_of_which_nothing_is_left_beside_what_is_no_effect_is_no_answer(priced, monkeypatch):
+    """A linear stage of another author's ended in an IndexError."""
+    monkeypatch.setattr(select, "_forward", lambda begun, *_: replace(begun, steps=[], chosen=Priced(-5300.0)))
+    opening = [step("frictional_lag", -3378.0, NO_NAME), step("torque_saturation", -2586.0)]
+    first = Selection(None, None, opening=opening)
+    assert select._around(first, nothing()) is first
+
+
 def test_an_event_is_none_where_its_likelier_way_finds_others_like_it():
     """A healthy axis: friction stepped at 13 s, by 882 with its static part, but at others too; 740 without."""
     wandering = step("step_change", -882.0, f"{OTHERS} (evidence 112 for one more)")
