@@ -377,7 +377,8 @@ class LateBrake:
 
 
 def test_a_brake_that_opens_late_is_no_torque_that_is_clipped():
-    found = diagnose([driven(seed, LateBrake()) for seed in (3, 4)], AXIS)
+    """It was that, and stiction that grows at rest."""
+    found = diagnose([driven(seed, LateBrake(), 10.0) for seed in (3, 4)], AXIS)
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate == "dwell_time"
     assert "a brake that opens late" in found.explanation
