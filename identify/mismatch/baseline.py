@@ -90,15 +90,17 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
 
     What the baseline lacks distorts how the torque looks between samples; a model with effects knows better. What a
     wrong reading itself looks like may be among those effects: a model without it, read in another way, is preferred
-    unless it is much less likely.
+    unless it is much less likely. One whose clocks are a little apart is not read in another way with that free to
+    grow: straight between samples comes half a period earlier than held, which would become a dead time.
     """
     guises = chosen.problem.guises
     fewer = [trimmed(chosen, tuple(g for g in guises if g is not guise)) for guise in guises if guise.name in MISREAD]
+    as_chosen = () if _clocks_apart(chosen) else (chosen,)
     readings = [gathered, *_readings(gathered)]
     if current.quiet:
         readings = [_quieted(other, chosen.problem.axis) for other in readings]
     best, least = None, np.inf
-    for model in (*fewer, chosen):
+    for model in (*fewer, *as_chosen):
         margin = -LIKELIER if model is chosen else LIKELIER
         for other in readings:
             samples = dataclasses.replace(current.train, force=other.train.force, linear=other.train.linear)
@@ -110,6 +112,12 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     if best is None:
         return None
     return _without_outliers(best, fit_baseline(best.train, chosen.problem.axis, seed))
+
+
+def _clocks_apart(fitted: Fit) -> bool:
+    """Whether torque and position are stamped apart in a model by so little that it is no dead time."""
+    late = [guise for guise in fitted.problem.guises if guise.name == "dead_time"]
+    return any(guise.oddity(fitted.x[fitted.problem.slot(guise)]) is not None for guise in late)
 
 
 def _readings(gathered: Evidence) -> list[Evidence]:

@@ -13,7 +13,7 @@ from identify.mismatch.compare import ONCE, Comparison, Fit, brief_ratio, compar
 from identify.mismatch.constant import Constant, constant_force
 from identify.mismatch.curve import CURVE
 from identify.mismatch.data import Evidence
-from identify.mismatch.effect_sizes import may_be_absent, may_be_rigid, one_of_any, unknown
+from identify.mismatch.effect_sizes import may_be_absent, may_be_rigid, may_be_touching, one_of_any, unknown
 from identify.mismatch.finish import clocks_apart, finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
@@ -45,12 +45,14 @@ from identify.mismatch.rules import (
     TIED_SHARE,
     Z_STRONG,
     Step,
+    Z,
     agreed,
     at_edge,
     beyond,
     clear_lead,
     cost,
     decided,
+    everywhere,
     fills,
     finding,
     foretold,
@@ -59,8 +61,9 @@ from identify.mismatch.rules import (
     overwhelming,
     price,
     strong,
+    told_in_most_places,
 )
-from identify.mismatch.select import PLACES, Selection, without
+from identify.mismatch.select import EXACT, PLACES, Selection, without
 from identify.mismatch.wandering import PLACE, one_of_many
 from plant.axis import Axis
 from plant.recording import Recording
@@ -326,8 +329,13 @@ class Conclusion:
 
     @property
     def _leans(self) -> bool:
-        """Whether much of the evidence is for an effect that is not known to be there, nor how channels are stamped."""
-        known = {effect.name for effect in self.named} | set(LATE)
+        """Whether much of the evidence is for an effect that is not known to be there.
+
+        Nor how channels are stamped, nor what any contact gives.
+        """
+        problem = self.final.problem
+        given = {one.name for one in self.effects if may_be_touching(one, problem.guise(one.name))}
+        known = {effect.name for effect in self.named} | set(LATE) | given
         unknown = [step for step in self.selection.steps if step.guise.name not in known]
         return any(-step.evidence.bic > LEFT * self._evidence for step in unknown)
 
@@ -528,6 +536,8 @@ class Conclusion:
         least = finding(effect.name, dataclasses.replace(self._gained, unseen=share))
         if guise.oddity(x, least) is not None or at_edge(self.final, guise) or may_be_rigid(effect, guise):
             return False
+        if several and may_be_touching(effect, guise):
+            return False
         if share >= PROVEN and one_of_any(effect):
             return False
         if several and not (self._felt_beside_others(effect) and self._told_beside_others(effect)):
@@ -559,31 +569,33 @@ class Conclusion:
     def _felt_beside_others(self, effect: FoundEffect) -> bool:
         """Whether an effect takes some of the force away, or at least half of the error on unseen data.
 
-        What a little mass takes is above what forces are taken to; what a first break-away takes is short; beside a
+        What a little mass takes is above what forces are taken to, and what a first break-away takes is short; beside a
         gap, whose blows are most of the force, all data must be far likelier, and unseen ones predicted clearly better.
         """
         step = _named(self.selection.steps, effect.name)
         told = step.evidence
-        everywhere = overwhelming(told) and told.z > Z_STRONG and told.unseen < CLEARLY
-        predicts = everywhere or (foretold(told) and told.unseen < MUCH) or _elsewhere(step, self.selection.steps)
-        return predicts or effect.share >= TRACE * self._taken or effect.name in BREAK_AWAY
+        sure = told_in_most_places(told) or (overwhelming(told) and told.z > Z_STRONG and told.unseen < CLEARLY)
+        predicts = sure or (foretold(told) and told.unseen < MUCH) or _elsewhere(step, self.selection.steps)
+        brief = effect.name in BREAK_AWAY or _exact(step)
+        return predicts or brief or effect.share >= TRACE * self._taken
 
     def _told_beside_others(self, effect: FoundEffect) -> bool:
         """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little.
 
         Of a place that is harder by more than it wanders, they need only be likelier: they pass it for a moment each.
+        Nor more of what has no shape that could mend another's, where fitted ones agree.
         """
         return any(
             told.unseen <= HARDLY
             or foretold(told)
-            or (told.foreseen > FORESEEN and told.again > 0.0 and self._placed(effect))
+            or (told.foreseen > FORESEEN and told.again > 0.0 and self._likelier_is_enough(effect))
             for told in self._ways_told(effect)
         )
 
-    def _placed(self, effect: FoundEffect) -> bool:
-        """Whether an effect acts in one place, with more force than friction wanders by there."""
-        force = _named(self.selection.steps, effect.name).acting
-        return effect.name in PLACES and force > PLACED * self.bare.dry_level
+    def _likelier_is_enough(self, effect: FoundEffect) -> bool:
+        """Whether an effect acts in one place, with more force than friction wanders by there, or has but one shape."""
+        step = _named(self.selection.steps, effect.name)
+        return _exact(step) or (effect.name in PLACES and step.acting > PLACED * self.bare.dry_level)
 
     def _ways_told(self, effect: FoundEffect) -> Iterator[Comparison]:
         """What spoke for an effect when it was added, and what does beside the others as they ended: bent, or more."""
@@ -603,7 +615,7 @@ class Conclusion:
         There all data must be overwhelmingly likelier, and a quarter of the latent force gone.
         """
         told = self._told(effect)
-        badly = min(told.foreseen, told.again) > FORESEEN and told.unseen < CONFIRMED
+        badly = min(told.foreseen, told.again) > FORESEEN and (told.unseen < CONFIRMED or everywhere(told))
         return effect.name not in LATE and (badly or (overwhelming(told) and told.lacking < SLACK))
 
     def _told(self, effect: FoundEffect) -> Comparison:
@@ -670,6 +682,11 @@ def _elsewhere(step: Step, steps: Sequence[Step]) -> bool:
     others = {other.guise.name for other in steps} - {step.guise.name}
     told = strong(step) and step.evidence.foreseen > FORESEEN
     return told and set() < others <= PLACES and step.guise.name not in PLACES
+
+
+def _exact(step: Step) -> bool:
+    """Whether fitted data tell, in most places, an effect of one shape, which could mend no other's."""
+    return step.guise.name in EXACT and step.evidence.z >= Z
 
 
 def _named(steps: Sequence[Step], name: str) -> Step:

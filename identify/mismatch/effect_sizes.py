@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.mismatch.guise import Guise
 from identify.mismatch.result import FoundEffect
-from identify.mismatch.rules import LATE
+from identify.mismatch.rules import GAP, LATE
 from identify.mismatch.wandering import PLACE, STEP
 from plant.effects import find
 
@@ -38,6 +38,12 @@ def may_be_rigid(effect: FoundEffect, guise: Guise) -> bool:
     stiffness = guise.unknowns[0]
     interval = effect.parameters[stiffness.parameter].ci95
     return interval is not None and interval[1] >= stiffness.high
+
+
+def may_be_touching(effect: FoundEffect, guise: Guise) -> bool:
+    """Whether a gap may as well be as narrow as what friction itself gives: beside another effect, that is none."""
+    interval = effect.parameters["gap"].ci95 if effect.name == GAP else None
+    return interval is not None and interval[0] < guise.least
 
 
 def unknown(effect: FoundEffect) -> bool:

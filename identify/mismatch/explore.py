@@ -20,6 +20,7 @@ from identify.mismatch.progress import Doing, Stage, Tell, unheard
 from identify.mismatch.rugged import climbed, moved, scattered
 from identify.mismatch.rules import (
     BIC,
+    BIC_STRONG,
     BREAK_AWAY,
     KNOWN,
     MUCH,
@@ -27,6 +28,7 @@ from identify.mismatch.rules import (
     Step,
     all_told,
     bent_to_edge,
+    everywhere,
     overwhelming,
     price,
     proven,
@@ -51,6 +53,7 @@ WORTH = 12.0  # expected gain below which a lead is not refitted
 PROMISING = 15.0  # fall of the loss after a first look below which a candidate is left alone
 TESTED = 0.4  # of the likeliest step's evidence: what has as much is put to the test by its own curve
 SLIGHTLY = 0.06  # of its evidence: another curve that explains more by less may be how friction falls with speed
+FIRST = 4  # of them, the most promising: these need not show more than strong evidence
 LITTLE = 0.15  # of the evidence of an effect that has earned its name: what shows less at first is not fitted in full
 CLIMBED = 0.3  # of it: what has less when fitted does not get its many peaks climbed
 ROUGH = 0.3  # of log-likelihood units: what an iteration of the first look must gain
@@ -93,8 +96,8 @@ def explore(
 ) -> tuple[Fit, list[Step]]:
     """Refit the most promising of `guises` on top of `current`, judged; best information criterion first.
 
-    What shows less than half the evidence `needed` at a first look, or hardly any beside the best, is not fitted. Those
-    that are `known` from other models begin there, too.
+    What shows less than half the evidence `needed` at a first look, or hardly any beside the best, is not fitted, but
+    for the first few: unseen data may tell more of them. Those that are `known` from other models begin there, too.
 
     Returns:
         `current`, or a better fit of the same model that showed up on the way, and the steps beyond it.
@@ -135,14 +138,17 @@ def _alike(step: Step, likelier: list[Step]) -> Step:
 def _fitted(current: Fit, looks: list[Look], least: float, unseen: Samples) -> Iterator[Step]:
     """The steps of `looks`, most promising first: those that gained `least` and not too little beside the best, fitted.
 
-    So is what has no slope where it is absent and whose short polish ended far below that: it has not arrived.
+    So is what has no slope where it is absent and whose short polish ended far below that: it has not arrived. And the
+    first few where they are strong, however much is needed.
     As many at once as there are threads: what turns out not to be worth it beside one of the same wave is dropped.
     """
     best, width = 0.0, allowed()
+    first = set(looks[:FIRST])
 
     def worth_it(look: Look) -> bool:
         under_way = look.guise.name in NO_SLOPE and look.gained < -PROMISING
-        return under_way or look.gained >= max(least, -LITTLE * best)
+        enough = min(least, -BIC_STRONG) if look in first else least
+        return under_way or look.gained >= max(enough, -LITTLE * best)
 
     for begin in range(0, len(looks), width):
         wave = looks[begin : begin + width]
@@ -373,7 +379,8 @@ def reason_against(fitted: Fit, guise: Guise, evidence: Comparison, acting: floa
     refused = refusal(fitted, guise, evidence, acting)
     if refused not in (None, NO_NAME):
         return refused
-    told, solved, sure = all_told(evidence), proven(evidence), overwhelming(evidence) and evidence.unseen < MUCH
+    told, solved = all_told(evidence), proven(evidence) or everywhere(evidence)
+    sure = overwhelming(evidence) and evidence.unseen < MUCH
     return wanders(fitted, guise, told, acting, proven=solved, sure=sure, parting=evidence.parting) or refused
 
 

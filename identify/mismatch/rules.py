@@ -40,6 +40,7 @@ UNFINISHED = 0.3  # share of both where the evidence is overwhelming: another ef
 OVERWHELMING = -600.0  # evidence, without its best blocks, that needs no free run beside it
 HARDLY = 0.85  # of the one-second error on unseen data: what leaves more tells little beyond what comes next
 SLACK = 0.75  # of the latent force: what leaves more, and is not foretold, is no gap, but how the axis breaks away
+MOST_PLACES = 4.0  # z of unseen data that tell a thing in most places
 EVERYWHERE = 6.0  # z of fitted and of unseen data: a wave that all places tell alike needs no free run beside it
 SOLVED = 0.3  # of the latent force: what leaves no more of it needs no free run beside overwhelming evidence
 MUCH = 0.5  # of the latent force, or of the error on unseen data: what leaves less takes most of it
@@ -316,8 +317,17 @@ def told_elsewhere(evidence: Comparison) -> bool:
 
 def told_more_elsewhere(evidence: Comparison) -> bool:
     """True where unseen data, clearly better predicted, tell more of it than fitted ones, which tell it strongly."""
-    more = evidence.foreseen > -evidence.bic > -BIC_STRONG and evidence.foreseen_z > FORESEEN_Z
-    return more and evidence.unseen < CLEARLY
+    return _more_elsewhere(evidence) and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < CLEARLY
+
+
+def told_in_most_places(evidence: Comparison) -> bool:
+    """True where unseen data tell more of it than fitted ones, in most places, and are predicted a little better."""
+    return _more_elsewhere(evidence) and evidence.foreseen_z > MOST_PLACES and evidence.unseen < HARDLY
+
+
+def _more_elsewhere(evidence: Comparison) -> bool:
+    """Whether unseen data have more evidence than fitted ones, which have much."""
+    return evidence.foreseen > -evidence.bic > -BIC_STRONG
 
 
 def foretold(evidence: Comparison) -> bool:
@@ -328,6 +338,11 @@ def foretold(evidence: Comparison) -> bool:
 def proven(evidence: Comparison) -> bool:
     """True where unseen data are foretold, and so well that nothing else is needed."""
     return foretold(evidence) and evidence.unseen < PROVEN
+
+
+def everywhere(evidence: Comparison) -> bool:
+    """True where unseen data tell it in all places alike, and half of their error is gone: no mood of friction."""
+    return foretold(evidence) and evidence.foreseen_z > EVERYWHERE and evidence.unseen < MUCH
 
 
 def strong(step: Step) -> bool:

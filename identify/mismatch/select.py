@@ -38,6 +38,7 @@ from identify.mismatch.rules import (
     price,
     proven,
     told_elsewhere,
+    told_in_most_places,
     told_more_elsewhere,
 )
 from identify.preprocess import Samples
@@ -419,8 +420,11 @@ def _local(fitted: Fit) -> set[str]:
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:
-    """Whether an effect beside others has so much evidence, or hardly any error is left on unseen data with it."""
-    return -evidence.bic >= needed or proven(evidence)
+    """Whether an effect beside others has so much evidence, or unseen data tell more of it, or leave hardly any error.
+
+    Those tell no shape that was bent to fit: it was bent to others.
+    """
+    return -evidence.bic >= needed or proven(evidence) or told_in_most_places(evidence)
 
 
 def _try_twins(selection: Selection, search: Search) -> None:

@@ -113,7 +113,9 @@ DEAD_BAND = Effect(
 def _saturate(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
     for j in range(LANES):
         share = b[DRIVE + j] / p[LANES + j]
-        b[DRIVE + j] *= 1.0 - p[j] * share * share
+        square = share * share
+        bend = p[2 * LANES + j]
+        b[DRIVE + j] *= 1.0 - p[j] * square * (1.0 + bend) / (1.0 + bend * square)
 
 
 SATURATING = Effect(
@@ -121,10 +123,11 @@ SATURATING = Effect(
     parameters=(
         Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ, at the force F_1"),
         Parameter("at", "N", (1.0, 1e6), (1e-9, 1e9), reported=False, about="F_1"),
+        Parameter("bend", "1", (0.0, 300.0), (0.0, 1e9), reported=False, about="r: 0 with the square, more levels off"),
     ),
     laws=(_saturate,),
     order=10,
-    source="iron that saturates: a torque constant that falls with the square of the current",
+    source="iron that saturates: F_d less κ q² (1 + r) / (1 + r q²) of it, q = F_d / F_1",
 )
 
 
@@ -177,6 +180,7 @@ def driven(s: Setting) -> list[Guise]:
     fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
+    bend = Unknown("bend", 1.0, 0.01, 300.0, log=True, spread=3.0)
     share = Unknown("share", 0.2, -0.6, 3.0)
     settles = Unknown("time_constant", 0.03, 0.3 * s.sample_time, 3.0, log=True, spread=1.5)
     slope = Unknown("relative_slope", 0.2 / s.travel, -1.8 / s.travel, 1.8 / s.travel)
@@ -186,7 +190,7 @@ def driven(s: Setting) -> list[Guise]:
         Guise(UNEVEN_GAIN, (Unknown("imbalance", 0.1, -0.5, 0.5),), grid([0.05]), depends="torque"),
         Guise(SLEW_LIMIT, (rate,), grid([s.force / time for time in SLOW]), depends="torque_rate"),
         Guise(DEAD_BAND, (band,), grid([0.03 * s.force, 0.1 * s.force]), depends="torque"),
-        Guise(SATURATING, (loss,), grid([0.05]), fixed=(("at", s.peak),), depends="torque"),
+        Guise(SATURATING, (loss, bend), grid([0.05], [0.1, 5.0]), fixed=(("at", s.peak),), depends="torque"),
         Guise(GAIN_ALONG, (slope,), grid([0.1 / s.travel]), fixed=(("centre", s.middle),), depends="position"),
         Guise(OVERSHOOT, (share, settles), grid([0.1], [0.01, 0.04, 0.2]), depends="torque_rate"),
         *(

@@ -41,6 +41,8 @@ OPENS = 0.15  # of the speed from which on it drags: how sharply
 FLAT = 0.15  # of the highest speeds: slower, friction falls as its own curve does
 TURNS = 1.5  # of a wheel that must be seen, for a sector of it to be more than a place
 WIDE, SNAPS = 1.5, 2.0  # widths of a bell, or of a sector, within which it acts; those of a pull to a place
+BLUNT = 0.02  # of the speed above which a drag grows: how sharply it begins
+BRAKES = 0.3, 0.9  # of the highest speeds, where it does: slower, it is viscous friction; faster, it hardly acts
 BAND = 0.15  # of the highest speeds: what is wider than such a band is friction's own curve
 
 
@@ -243,7 +245,27 @@ HUM = Effect(
     laws=(_hum,),
     source="dry friction that is another in a band of speeds: a cover, a seal or a gear in resonance",
 )
-EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM)
+
+
+@law(TO_STAGE)
+def _govern(t: float, h: float, p: Rows, x: Rows, b: Rows) -> None:  # noqa: ARG001
+    for j in range(LANES):
+        onset = p[LANES + j]
+        beyond = abs(b[VELOCITY + j]) - onset
+        blunt = BLUNT * onset
+        b[STAGE_LEVEL + j] += 0.5 * p[j] * (beyond + math.sqrt(beyond * beyond + blunt * blunt))
+
+
+GOVERNOR = Effect(
+    name="drag_above_speed",
+    parameters=(
+        Parameter("coefficient", "N*s/m", (-1e5, 1e5), (-1e9, 1e9), absent=0.0, about="c"),
+        VALVE.parameters[1],
+    ),
+    laws=(_govern,),
+    source="a drag that begins above some speed: a centrifugal brake, a fan that couples, oil that is thrown",
+)
+EFFECTS = (LEVEL_STEP, PICKED_UP, LATCH, VISCOUS_ZONE, NOTCH, RUB, WEAK, VALVE, LIFT, DETENT, HUM, GOVERNOR)
 
 
 def placed(s: Setting) -> list[Guise]:
@@ -296,7 +318,10 @@ def placed(s: Setting) -> list[Guise]:
     band = Unknown("width", 0.05 * s.speed, 0.01 * s.speed, BAND * s.speed, log=True, spread=1.0)
     bands = grid([0.1 * s.force], onsets, [0.05 * s.speed])
     hum = Guise(HUM, (force, middle, band), bands, depends="velocity")
-    return [*found, *ways, lift, hum]
+    begins = dataclasses.replace(onset, low=BRAKES[0] * s.speed, high=BRAKES[1] * s.speed, spread=PLACED_SPREAD)
+    onsets = (np.linspace(*BRAKES, 5)[1:-1] * s.speed).tolist()
+    governor = Guise(GOVERNOR, (zone, begins), grid([0.1 * unit], onsets), depends="velocity")
+    return [*found, *ways, lift, hum, governor]
 
 
 def interval(name: str, values: dict[str, float], reached: tuple[float, float], constant: float) -> tuple[float, float]:
@@ -314,7 +339,7 @@ def interval(name: str, values: dict[str, float], reached: tuple[float, float], 
     if name in {VISCOUS_ZONE.name, LATCH.name, DETENT.name, HUM.name}:
         half = (SNAPS if name == DETENT.name else WIDE) * values["width"]
         return max(values["centre"] - half, low), min(values["centre"] + half, high)
-    if name == LIFT.name:
+    if name in {LIFT.name, GOVERNOR.name}:
         return min(values["onset"], high), max(high, -low)
     if name == VALVE.name:
         onset = min(values["onset"], max(abs(low), abs(high)))

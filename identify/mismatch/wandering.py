@@ -14,7 +14,7 @@ STEP, WARMTH = "step_change", "thermal_drift"
 MOMENTS = 24  # at which one more step is tried
 MORE = 0.1  # of the evidence of fitted and unseen data for a change: if another step has this much, friction wanders
 CHANCE = 15.0  # evidence that the best of so many moments has by chance: about 2 ln 24, and its scatter
-EDGE = 0.03  # of the recording: a step so close to its ends may be anything that ended or began there
+EDGE = 0.05  # of the recording: a step so close to its ends may be anything that ended or began there
 NEAR = 0.1  # of the recording: a step so close to the named one mends its shape, and is no other
 BACK = -250.0  # evidence of the end of unseen data for a step: where it is less, friction is as it was before again
 LEAST = 0.035, 0.02  # of the dry friction: friction wanders by 1 to 3 %, and a step of less is one of its moods; one
@@ -43,7 +43,7 @@ def wanders(
         guise: the effect, or physics in no catalogue; what does not happen in time never wanders.
         evidence: of fitted and of unseen data for the change, > 0. [1]
         acting: force of the change, where it acts. [N]
-        proven: whether unseen data foretell it, and leave hardly any error.
+        proven: whether unseen data foretell it, and leave hardly any error, or tell it in all places alike.
         sure: whether all data are far likelier with it, and half of the error on unseen ones is gone.
         parting: the least evidence of unseen data for it from any moment on. [1]
     """

@@ -69,6 +69,7 @@ STRANGE = {  # physics that is in no catalogue (uncatalogued.py), as it is put w
     "sector_loss": "torque that is lost in one sector of each turn of the motor (a pole, a winding)",
     "one_way_drag": "a drag above some speed in one direction of motion (a valve, a lip that lifts)",
     "level_in_band": "dry friction that is another in a band of speeds (a cover or a gear in resonance)",
+    "drag_above_speed": "a drag that begins above some speed (a centrifugal brake, oil that is thrown)",
     "level_above_speed": "dry friction that is another above some speed (a film that carries, a guard that hums)",
 }
 

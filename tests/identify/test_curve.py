@@ -6,12 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import conclusion, effect_sizes, select
+from identify.mismatch import conclusion, effect_sizes, explore, select
 from identify.mismatch.compare import Comparison
+from identify.mismatch.conclusion import Conclusion
 from identify.mismatch.curve import BENDS, CURVE, EXPONENT, curve
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.result import FoundEffect, Quantity
-from identify.mismatch.rules import told_elsewhere, told_more_elsewhere
+from identify.mismatch.rules import everywhere, told_elsewhere, told_in_most_places, told_more_elsewhere
 from plant.axis_file import read_axis
 from plant.effects import names
 from plant.effects.effect import Surroundings
@@ -77,6 +78,41 @@ def test_clearly_better_is_enough_where_unseen_data_tell_more_than_fitted_ones(f
     assert not told_elsewhere(evidence)
     step = SimpleNamespace(evidence=evidence)
     assert select._mends(step, None, None) is not told
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "z", "unseen", "told"),
+    [
+        (230.0, 4.7, 0.75, True),
+        (230.0, 3.6, 0.75, False),
+        (100.0, 4.7, 0.75, False),
+        (230.0, 4.7, 0.9, False),
+    ],
+)
+def test_beside_a_strong_name_little_is_enough_where_unseen_data_tell_more_in_most_places(foreseen, z, unseen, told):
+    """A spring of 1 % of the dry friction beside a dead time, which had 23 449: 106 fitted, 230 unseen (BF-0061).
+
+    Three hundredths of that were wanted, as if it might mend the shape of a delay; unseen data were fitted to nothing.
+    """
+    evidence = Comparison(-106.0, 2.5, -44.0, 0.69, unseen, foreseen, z, again=181.0)
+    assert told_in_most_places(evidence) is told
+    assert select._enough(evidence, 700.0) is told
+    steps = [SimpleNamespace(guise=SimpleNamespace(name=name), evidence=evidence) for name in ("dead_time", "spring")]
+    fake = SimpleNamespace(selection=SimpleNamespace(steps=steps), _taken=0.77)
+    assert Conclusion._felt_beside_others(fake, FoundEffect("spring", 0.0038, {}, 1.0)) is told
+
+
+@pytest.mark.parametrize(("z", "unseen", "told"), [(17.7, 0.48, True), (4.0, 0.48, False), (17.7, 0.6, False)])
+def test_what_unseen_data_tell_alike_in_all_places_is_there_and_no_mood(monkeypatch, z, unseen, told):
+    """A warmth beside a stop: 634 fitted, 3324 unseen; another moment had 601, and its size reached zero (BG-0006)."""
+    evidence = Comparison(-634.0, 1.9, -145.0, 0.8, unseen, 3324.0, z, again=2899.0, lacking=0.96)
+    assert everywhere(evidence) is told
+    assert Conclusion._seen_beside_others(SimpleNamespace(_told=lambda _: evidence), SimpleNamespace(name="")) is told
+    asked = []
+    monkeypatch.setattr(explore, "refusal", lambda *_: None)
+    monkeypatch.setattr(explore, "wanders", lambda *_, proven, **__: asked.append(proven))
+    explore.reason_against(None, SimpleNamespace(name="thermal_drift"), evidence, 1.0)
+    assert asked == [told]
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [(27.0, 0.61, False), (27.0, 0.4, True), (70.0, 0.61, True)])

@@ -310,6 +310,27 @@ def test_a_transmission_that_may_be_as_stiff_as_the_stiffest_that_was_looked_for
     assert not may_be_rigid(known(1.03e6), dataclasses.replace(soft, swings=None))
 
 
+@pytest.mark.parametrize(("low", "beside", "named"), [(3.2e-5, True, False), (5e-5, True, True), (3.2e-5, False, True)])
+def test_beside_another_effect_a_gap_that_friction_may_give_is_none_and_takes_no_name_away(low, beside, named):
+    """A gap of 56 um, 32 to 97, stood beside friction that grows with the load, and was not there (BF-0027)."""
+    teeth = Guise(find("backlash"), (Unknown("gap", 3e-4, 1e-5, 1e-2, log=True),), np.array([[3e-4]]), least=4e-5)
+    guises = {"backlash": teeth, "load_dependent_friction": SimpleNamespace(name="load_dependent_friction")}
+    problem = SimpleNamespace(
+        guise=lambda name: guises[name], slot=lambda _: slice(0, 1), bounds=(np.array([-4.0]), np.array([4.0]))
+    )
+    told = Comparison(-2622.0, 5.0, -1900.0, 0.7, 1.06, 2013.0, 3.5, again=1465.0)
+    steps = [SimpleNamespace(guise=guise, evidence=told) for guise in guises.values()][: 1 + beside]
+    effect = FoundEffect("backlash", 0.1, {"gap": Quantity(5.6e-5, "m", (low, 9.7e-5))}, 1.0)
+    fake = SimpleNamespace(
+        final=SimpleNamespace(problem=problem, x=np.array([np.log(5.6e-5 / 3e-4)])), error_left=0.47, _gained=told,
+        selection=SimpleNamespace(steps=steps), effects=(effect,), _evidence=4817.0,
+    )  # fmt: skip
+    fake._felt_beside_others = fake._told_beside_others = lambda _: True
+    assert Conclusion._there(fake, effect) is named
+    fake.named = tuple(SimpleNamespace(name=name) for name in guises if name != "backlash" or named)[-1 - named :]
+    assert not Conclusion._leans.fget(fake)
+
+
 def drive(lag, delay):
     """A lag [s] beside a dead time [s]."""
     return [
@@ -485,7 +506,8 @@ def test_no_shape_turns_within_the_noise_of_its_coordinate():
 )
 def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told):
     evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z, again=100.0)
-    fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]), _placed=lambda _: False)
+    fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]))
+    fake._likelier_is_enough = lambda _: False
     assert Conclusion._told_beside_others(fake, None) is told
 
 
@@ -497,15 +519,17 @@ def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(u
         ("step_change", 5.5, 170.0, 17.0, False),
         ("rail_defect", 5.5, 50.0, 17.0, False),
         ("rail_defect", 5.5, 170.0, -17.0, False),
+        ("torque_scale_error", 3.0, 170.0, 17.0, True),  # it has no shape that could mend another's
+        ("torque_scale_error", 3.0, 50.0, 17.0, False),
     ],
 )
 def test_of_a_place_that_is_much_harder_unseen_data_need_only_be_likelier(name, acting, foreseen, again, told):
     """A dent of 20 % of the dry friction beside a lag: 646, unseen data 170 with z = 1.5, 90 % of the error left."""
-    evidence = Comparison(-646.0, 2.5, -291.0, 0.66, 0.9, foreseen, 1.5, again=again)
+    evidence = Comparison(-646.0, 4.3, -291.0, 0.66, 0.9, foreseen, 1.5, again=again)
     steps = [SimpleNamespace(guise=SimpleNamespace(name=name), evidence=evidence, acting=acting)]
     fake = SimpleNamespace(selection=SimpleNamespace(steps=steps), bare=SimpleNamespace(dry_level=32.5))
     fake._ways_told = lambda _: iter([evidence])
-    fake._placed = lambda effect: Conclusion._placed(fake, effect)
+    fake._likelier_is_enough = lambda effect: Conclusion._likelier_is_enough(fake, effect)
     assert Conclusion._told_beside_others(fake, FoundEffect(name, 0.1, {}, 1.0)) is told
 
 

@@ -7,11 +7,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identify.mismatch import baseline
 from identify.mismatch.baseline import fit_baseline, read_torque
+from identify.mismatch.compare import Fit
 from identify.mismatch.data import gather
 from identify.mismatch.force_error import native
 from identify.mismatch.quiet import quieted, smooth
+from identify.mismatch.residual import setting_of
+from identify.mismatch.score import extend
+from identify.mismatch.ways import guises
 from identify.preprocess import prepare
+from plant.effects import find
 from plant.recording import Recording
 from tests.identify.small_machine import AXIS, HELD, MASS, driven, dry
 
@@ -103,3 +109,27 @@ def test_noise_that_the_machine_felt_stays():
     moved = driven(1, lambda t, y, v: (dry(v, 20.0), 0.0), delivers=delivers)
     recording = replace(moved, force=moved.force + noise[: len(moved.force)])
     assert not read_torque(gather([recording], AXIS), AXIS, False, 0)[0].quiet
+
+
+@pytest.mark.parametrize(("delay", "asked"), [(0.0002, 0), (0.02, 3)])
+def test_clocks_that_are_a_little_apart_do_not_grow_into_a_dead_time_by_reading_the_torque_anew(
+    monkeypatch, delay, asked
+):
+    """Straight between samples comes half a period earlier than held: 2 % of one became a half (BG-0037)."""
+    gathered = gather([driven(1, lambda t, y, v: (dry(v), 0.0), 6.0)], AXIS)
+    bare = fit_baseline(gathered.train, AXIS, 0)
+    setting = setting_of(bare.problem, bare.x, 0.01)
+    late = guises({"dead_time": find("dead_time")}, setting)[0]
+    problem, x = extend(bare, late, np.array([[late.unknown("delay").scaled(delay)]]))
+    chosen = Fit(problem, replace(bare.found, x=x[0]))
+    tried = []
+
+    def refit(problem, points):
+        tried.append(tuple(guise.name for guise in problem.guises))
+        return Fit(problem, replace(bare.found, x=points[0]))
+
+    monkeypatch.setattr(baseline, "fit", refit)
+    monkeypatch.setattr(baseline, "fit_baseline", lambda *_: bare)
+    baseline.read_again(gathered, gathered, chosen, 0)
+    assert tried.count(("dead_time",)) == asked
+    assert tried[:3] == [(), (), ()]

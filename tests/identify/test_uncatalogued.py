@@ -173,6 +173,11 @@ def hums(_, y, v):
     return dry(v, 20.0 + 4.0 * np.exp(-0.5 * ((abs(v) - 0.2) / 0.02) ** 2)), 0.0
 
 
+def brakes(_, y, v):
+    """A centrifugal brake: 60 N for every m/s beyond 0.2 m/s."""
+    return dry(v) + 60.0 * max(abs(v) - 0.2, 0.0), 0.0
+
+
 @pytest.mark.parametrize(
     ("physics", "coordinates", "like"),
     [
@@ -184,10 +189,11 @@ def hums(_, y, v):
         (Grease, {"dwell_time"}, "a rest raises"),
         (lambda: snaps, {"position"}, "a pull to one place from both sides"),
         (lambda: hums, {"velocity"}, "in a band of speeds"),
+        (lambda: brakes, {"velocity"}, "begins above some speed"),
     ],
 )
 def test_what_remembers_or_changes_along_the_travel_is_recognised(physics, coordinates, like):
-    """A spring behind a play was a spring; the others were nothing at all."""
+    """A spring behind a play was a spring, a governor a drag that grows with the square of the speed."""
     found = diagnose([driven(seed, physics()) for seed in (1, 2)], AXIS)
     assert found.verdict.value == "unexplained", found.effects
     assert found.location.coordinate in coordinates
@@ -259,10 +265,15 @@ class Hasty:
         (lambda: lambda told, _: told - np.clip(told, -4.0, 4.0), "torque", "dead band"),
         (Ramp, "torque_rate", "no faster than"),
         (lambda: lambda told, _: told * (1.0 - 0.12 * (told / 100.0) ** 2), "torque", "iron that saturates"),
+        (
+            lambda: lambda told, _: told * (1.0 - 0.25 * (told / 20.0) ** 2 / (1.0 + (told / 20.0) ** 2)),
+            "torque",
+            "iron that saturates",
+        ),
         (lambda: lambda told, y: told * (1.0 + 0.4 * (y - 0.2)), "position", "a transmission that changes"),
         (Hasty, "torque_rate", "overshoots"),
     ],
-    ids=["uneven", "weak", "dead band", "ramp", "saturates", "lever", "hasty"],
+    ids=["uneven", "weak", "dead band", "ramp", "saturates", "levels off", "lever", "hasty"],
 )
 def test_a_drive_that_delivers_something_else_is_no_friction(delivers, coordinate, like):
     """A lever was friction that grows along the travel; a ramp was a lag with a wrong mass; iron that saturates was a
