@@ -13,6 +13,7 @@ from plant.effects.effect import Effect, Parameter
 from plant.kernels.exponential import exp_neg
 from plant.kernels.laws import DRIVE, LANES, MOTOR_MIDDLE, RAMP, SPEED, TO_DRIVE, Rows, law
 
+LEVELS = 10.0  # times bent: iron that levels off sooner, at a third of the peak, is another torque constant
 SLOW, SLOWEST = (0.015, 0.04, 0.1, 0.25), 2.0  # s: so long the largest force may be on its way
 
 
@@ -123,7 +124,7 @@ SATURATING = Effect(
     parameters=(
         Parameter("relative_loss", "1", (-0.9, 0.9), absent=0.0, about="κ, at the force F_1"),
         Parameter("at", "N", (1.0, 1e6), (1e-9, 1e9), reported=False, about="F_1"),
-        Parameter("bend", "1", (0.0, 300.0), (0.0, 1e9), reported=False, about="r: 0 with the square, more levels off"),
+        Parameter("bend", "1", (0.0, 10.0), (0.0, 1e9), reported=False, about="r: 0 with the square, more levels off"),
     ),
     laws=(_saturate,),
     order=10,
@@ -180,7 +181,7 @@ def driven(s: Setting) -> list[Guise]:
     fade = Unknown("time_constant", s.duration, 0.03 * s.duration, 10.0 * s.duration, log=True, spread=2.0)
     rate = Unknown("rate", s.force / 0.05, s.force / SLOWEST, s.force / s.sample_time, log=True, spread=2.0)
     loss = Unknown("relative_loss", 0.1, -0.9, 0.9)
-    bend = Unknown("bend", 1.0, 0.01, 300.0, log=True, spread=3.0)
+    bend = Unknown("bend", 1.0, 0.03, LEVELS, log=True, spread=3.0)
     share = Unknown("share", 0.2, -0.6, 3.0)
     settles = Unknown("time_constant", 0.03, 0.3 * s.sample_time, 3.0, log=True, spread=1.5)
     slope = Unknown("relative_slope", 0.2 / s.travel, -1.8 / s.travel, 1.8 / s.travel)

@@ -266,7 +266,7 @@ class Hasty:
         (Ramp, "torque_rate", "no faster than"),
         (lambda: lambda told, _: told * (1.0 - 0.12 * (told / 100.0) ** 2), "torque", "iron that saturates"),
         (
-            lambda: lambda told, _: told * (1.0 - 0.25 * (told / 20.0) ** 2 / (1.0 + (told / 20.0) ** 2)),
+            lambda: lambda told, _: told * (1.0 - 0.25 * (told / 40.0) ** 2 / (1.0 + (told / 40.0) ** 2)),
             "torque",
             "iron that saturates",
         ),
