@@ -1176,7 +1176,7 @@ def test_names_do_not_lean_on_what_is_not_there_nor_leave_more_than_they_explain
     left = [] if shape is None else [Structure(shape[0], (0.0, 1.0), shape[1], 5.0, 1.0)]
     named = (SimpleNamespace(name="inertia_error"),)
     known = {"stands": True, "named": named, "_evidence": evidence, "remains": SimpleNamespace(beside_names=left)}
-    found.__dict__.update(known)
+    found.__dict__.update(known, effects=(), final=SimpleNamespace(problem=None))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Conclusion, "pays", lambda _: True)
         assert found.explains is explains
