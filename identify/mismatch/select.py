@@ -148,8 +148,12 @@ class Search:
     def explore(
         self, current: Fit, names: Collection[str], most: int = REFITS, stage: Stage = Stage.SEARCH, needed: float = 0.0
     ) -> tuple[Fit, list[Step]]:
-        """As `explore`, offering effects of these `names`; once per set of effects, unless a better fit shows."""
-        offered = [guise for guise in self.guises if guise.name in names]
+        """As `explore`, offering effects of these `names`; once per set of effects, unless a better fit shows.
+
+        Not what the model has already, and be it as what is no effect: a shift of the clocks beside a gap's kin.
+        """
+        there = {guise.name for guise in current.problem.guises}
+        offered = [guise for guise in self.guises if guise.name in names and guise.name not in there]
         looked = frozenset(current.problem.guises), frozenset(offered), most
         known = self.seen.get(looked)
         if known is not None and price(current) > price(known[0]) - SAME_FIT:

@@ -537,9 +537,19 @@ def test_what_a_set_of_effects_lacks_is_asked_once_unless_a_better_fit_shows(mon
     assert search.explore(fitted(-90.0, one), {"torque_ripple"}) == first
     assert search.explore(fitted(-102.0, one), {"torque_ripple"})[1] == [-102.0]
     assert search.explore(fitted(-90.0, one), {"torque_ripple"})[1] == [-102.0]
-    search.explore(fitted(-100.0, one, other), {"torque_ripple"})
-    search.explore(fitted(-100.0, one), {"rail_defect"})
+    search.explore(fitted(-100.0), {"torque_ripple"})
+    search.explore(fitted(-100.0), {"rail_defect"})
     assert len(asked) == 4
+
+
+def test_what_a_model_has_is_not_offered_again(monkeypatch):
+    """A gap's kin are put to the test beside a shift of the clocks: a dead time twice, and 0 over 0 in its prior."""
+    offers = []
+    monkeypatch.setattr(select, "explore", lambda current, offered, *_: offers.append(offered) or (current, []))
+    one, other = (next(guise for guise in hosts() if guise.name == name) for name in ("rail_defect", "torque_ripple"))
+    aside = SimpleNamespace(problem=SimpleNamespace(guises=(one,)))
+    select.Search([one, other], None, lambda _: None).explore(aside, {"rail_defect", "torque_ripple"})
+    assert offers == [[other]]
 
 
 class Seen(SimpleNamespace):
