@@ -18,6 +18,7 @@ from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.guise import Guise
 from identify.mismatch.own_curves import LASTING
 from identify.mismatch.result import Quantity
+from identify.mismatch.wandering import STEP
 from identify.polish import polish_all
 from identify.preprocess import Samples
 from identify.uncertainty import Uncertainty
@@ -67,7 +68,7 @@ def quantities(
         pooled: give the mean of both fits, each weighed by how well it is known, instead of the first.
     """
     own = _on_scale(one, guise)
-    other = {} if second is None else _on_scale(second, guise)
+    other = {} if second is None or not _reaches(second, one, guise) else _on_scale(second, guise)
     found = {}
     for name, (value, unit, at, half) in own.items():
         if name in other and name != "time":  # unseen data have another clock, or none of the moment
@@ -99,6 +100,14 @@ def quantities(
                 interval = (0.0, max(value, _at_most(one.fit, guise, name)))
         found[name] = Quantity(value, unit, interval)
     return found
+
+
+def _reaches(second: Measured, one: Measured, guise: Guise) -> bool:
+    """Whether the other data go on past the moment at which friction steps, if it does, and began before it."""
+    if guise.name != STEP:
+        return True
+    moment, recorded = guise.value(one.fit.x[one.fit.problem.slot(guise)], "time"), second.fit.problem.samples.t
+    return bool(recorded.min() < moment < recorded.max())
 
 
 def _none_of_it(fit: Fit, guise: Guise, parameter: str) -> bool:

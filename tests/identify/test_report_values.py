@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from identify.mismatch import report_values
-from identify.mismatch.guise import Guise, Unknown
+from identify.mismatch.guise import PLACED_SPREAD, Guise, Unknown
 from identify.mismatch.report_values import reported
 from plant.effects import find
 
+MOMENT = Unknown("time", 1.0, 0.0, 40.0, spread=PLACED_SPREAD)
 LAW = np.array([[2.0], [1.0], [10.0], [2.0], [1.0], [0.0]])  # N, N, s/m, N*s/m, kg, N
 
 
@@ -54,3 +55,15 @@ def test_what_both_recordings_tell_of_a_size_is_weighed_by_how_well_they_know_it
     assert np.prod(log.ci95) == pytest.approx(1.2)
     bound = report_values.quantities(known(1.0, 0.3), guise, known(1.2, 0.0), pooled=True)["gap"]
     assert bound.value == 1.0, "on a bound, nothing is known of it"
+
+
+@pytest.mark.parametrize(("begin", "end", "asked"), [(0.0, 14.7, False), (0.0, 36.8, True), (22.0, 36.8, False)])
+def test_data_that_end_before_a_step_know_nothing_of_its_size(monkeypatch, begin, end, asked):
+    """A step at 21.6 s was dropped, 5160 and 3058: half of it was what the first 14.7 s made of its size."""
+    step = Guise(find("step_change"), (Unknown("step", 1.0, -9.0, 9.0), MOMENT), np.array([[1.0, 9.0]]))
+    problem = SimpleNamespace(slot=lambda _: slice(0, 2), samples=SimpleNamespace(t=np.array([begin, end])))
+    one, other = (SimpleNamespace(fit=SimpleNamespace(problem=problem, x=np.array([1.0, 21.6]))) for _ in range(2))
+    told = {id(one): (4.0, "N", 4.0, 0.1), id(other): (0.0, "N", 0.0, 0.1)}
+    monkeypatch.setattr(report_values, "_on_scale", lambda known, _: {"step": told[id(known)]})
+    low, high = report_values.quantities(one, step, other)["step"].ci95
+    assert (high - low > 1.0) is asked
