@@ -12,7 +12,7 @@ from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import MOST, ExtendedProblem
 from identify.mismatch.quiet import quieted
-from identify.mismatch.rules import price
+from identify.mismatch.rules import price, stamped_apart
 from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
@@ -95,7 +95,7 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     """
     guises = chosen.problem.guises
     fewer = [trimmed(chosen, tuple(g for g in guises if g is not guise)) for guise in guises if guise.name in MISREAD]
-    as_chosen = () if _clocks_apart(chosen) else (chosen,)
+    as_chosen = () if stamped_apart(chosen) else (chosen,)
     readings = [gathered, *_readings(gathered)]
     if current.quiet:
         readings = [_quieted(other, chosen.problem.axis) for other in readings]
@@ -112,12 +112,6 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     if best is None:
         return None
     return _without_outliers(best, fit_baseline(best.train, chosen.problem.axis, seed))
-
-
-def _clocks_apart(fitted: Fit) -> bool:
-    """Whether torque and position are stamped apart in a model by so little that it is no dead time."""
-    late = [guise for guise in fitted.problem.guises if guise.name == "dead_time"]
-    return any(guise.oddity(fitted.x[fitted.problem.slot(guise)]) is not None for guise in late)
 
 
 def _readings(gathered: Evidence) -> list[Evidence]:

@@ -38,6 +38,7 @@ from identify.mismatch.rules import (
     MUCH,
     NO_NAME,
     PROVEN,
+    SHIFT,
     SLACK,
     SOLVED,
     STILL,
@@ -60,6 +61,7 @@ from identify.mismatch.rules import (
     outdone,
     overwhelming,
     price,
+    stamped_apart,
     strong,
     told_in_most_places,
 )
@@ -239,10 +241,10 @@ class Conclusion:
         if not self.selection.aside:
             return self.selection.baseline
         bare = reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
-        shift = next((guise for guise in bare.problem.guises if guise.name == "dead_time"), None)
-        if shift is None or shift.oddity(bare.x[bare.problem.slot(shift)]) is not None:
+        if SHIFT not in bare.names or stamped_apart(bare):
             return bare
-        return without(bare, shift)  # beside the effects it was a shift of the clocks, without them it stands for one
+        # beside the effects it was a shift of the clocks, without them it stands for one
+        return without(bare, bare.problem.guise(SHIFT))
 
     @property
     def everyday(self) -> Fit:
@@ -450,13 +452,16 @@ class Conclusion:
         return known and self._evidence > TOLD_BETTER * other.nameless[0].evidence
 
     def outweighs(self, other: Conclusion) -> bool:
-        """Whether names stand that have far more evidence than the moment which is the most that `other` can tell."""
+        """Whether names stand that have far more evidence than the moment which is the most that `other` can tell.
+
+        What is less than how well shapes are known may have lasted all the while.
+        """
         known = self.verdict is Verdict.EXPLAINED and bool(self.said) and not self.slight
         if not known or other.verdict is not Verdict.UNEXPLAINED or not other.happened or other.denies(self.said):
             return False
         moment = other.nameless[0]
         brief = moment.interval[1] - moment.interval[0] <= PASSING * other.remains.duration
-        return brief and self._evidence > TOLD_BETTER * moment.evidence
+        return self._evidence > (TOLD_BETTER if brief else 1.0 / LESSER) * moment.evidence
 
     @cached_property
     def torn(self) -> bool:

@@ -61,7 +61,8 @@ OWN_SHAPE = 0.05  # of a name's evidence: physics in no catalogue that has so li
 LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
-LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
+SHIFT = "dead_time"  # the shortest may be how the two channels are stamped
+LATE = {"actuator_lag": "time_constant", SHIFT: "delay"}  # together they may be one lag of a higher order
 
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BENDS, MINUTE = 0.6, 0.25  # of the latent force, at most, and of STIFF: what overwhelming evidence may leave and be
@@ -358,7 +359,8 @@ def telling(step: Step) -> bool:
     error.
     """
     told = step.evidence
-    no_chance = fills(told) or sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, foretold(told))) >= 2
+    likelier = foretold(told) or overwhelming(told)
+    no_chance = fills(told) or sum((told.bic < BIC_STRONG, told.unseen < CLEARLY, likelier)) >= 2
     return no_chance and not (told.lacking > STILL and told.unseen > HARDLY)
 
 
@@ -492,11 +494,17 @@ def _cost_of_all(step: Step) -> float:
     return cost(step.fit) - step.evidence.foreseen
 
 
+def stamped_apart(fitted: Fit) -> bool:
+    """Whether a model has a dead time too short to be physics: how its two channels are stamped."""
+    late = [guise for guise in fitted.problem.guises if guise.name == SHIFT]
+    return any(guise.oddity(fitted.x[fitted.problem.slot(guise)]) is not None for guise in late)
+
+
 def clock_shift(steps: list[Step]) -> Step | None:
     """A dead time too short to be physics, where nothing explains much more: how the two channels are stamped."""
-    found = [s for s in steps if s.guise.name == "dead_time" and s.guise in s.fit.problem.guises]
+    found = [s for s in steps if s.guise.name == SHIFT and s.guise in s.fit.problem.guises]
     shift = next((s for s in found if s.evidence.bic < BIC and s.evidence.z > Z), None)
-    if shift is None or shift.guise.oddity(shift.fit.x[shift.fit.problem.slot(shift.guise)]) is None:
+    if shift is None or not stamped_apart(shift.fit):
         return None
     best = best_of(steps)
     likely = [step for step in steps if step is best or step.refused == NO_NAME]

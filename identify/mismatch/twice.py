@@ -24,6 +24,7 @@ from identify.mismatch.rules import (
     FORESEEN,
     FORESEEN_Z,
     KNOWN,
+    OVERWHELMING,
     TIED_BIC,
     TIED_SHARE,
     Step,
@@ -85,6 +86,13 @@ class Both:
         return even or whole or max(one.bic for one in told) <= BIC_STRONG
 
     @property
+    def lasts(self) -> bool:
+        """Whether all data are far likelier without the best blocks, when fitted and when predicted, told twice."""
+        told = [step.evidence for step in self.told]
+        steady, again = sum(one.steady for one in told), sum(one.again for one in told)
+        return steady < 2.0 * OVERWHELMING and again > -2.0 * OVERWHELMING
+
+    @property
     def fills(self) -> bool:
         """Whether it fills a hole in both: then unseen data may be silent, as they are of a limit they do not reach."""
         return all(fills(step.evidence) for step in self.told)
@@ -111,7 +119,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         return None
     if both.name == DRAG:  # or another curve of friction, which may be far likelier and predict no better
         return sure if both.left < BETTER else None
-    return sure if sure.error_left < BETTER or lasting(step.evidence) or both.fills else None
+    return sure if sure.error_left < BETTER or lasting(step.evidence) or both.lasts or both.fills else None
 
 
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from identify.mismatch.guise import CLOCK, Guise, Setting, Unknown, grid
 from plant.effects.effect import Effect
 
-SHEET = 0.015  # relative: how well data sheets know a torque constant or a mass; less is no finding
+SHEET = 0.0075  # relative: how well data sheets know a torque constant or a mass; less is no finding
 LOWEST = 0.03  # of the largest command: a loop that winds up asks for many times what the drive can give
 REACHED = 1.15  # of the same: the rounded shoulder of a higher limit is a motor that gives less as it is told more
 
