@@ -639,20 +639,20 @@ class Conclusion:
         other = second_opinion(self.final, self.evidence.held_out)
         closed = self.recordings[-1].loop == "closed"
         stamped = ACTED * (self.setting.native_time or self.setting.sample_time) if closed else 0.0
-        stamped = float(np.hypot(stamped, clocks_apart(self.final)))
+        stamped, rests = float(np.hypot(stamped, clocks_apart(self.final))), self.setting.rests
         found = []
         for step in self.selection.steps:
             guise = next(g for g in chosen.problem.guises if g.name == step.guise.name)
             self.progress(Doing(Stage.CONCLUSION, f"share of {guise.name}"))
             rest = without(chosen, guise) if len(chosen.problem.guises) > 1 else self.selection.baseline
             share = self._share(rest)
-            values = no_better(guise.name, quantities(final, guise, other), stamped)
+            values = no_better(guise.name, quantities(final, guise, other), stamped, rests)
             effect = FoundEffect(guise.name, share, values, step.force_rms)
             told = step.evidence
             alone = len(self.selection.steps) == 1
             likely = told.foreseen > FORESEEN if alone else lasting(told) or _elsewhere(step, self.selection.steps)
             if (likely or self.told_twice) and may_be_absent(effect):
-                values = no_better(guise.name, quantities(final, guise, other, pooled=True), stamped)
+                values = no_better(guise.name, quantities(final, guise, other, pooled=True), stamped, rests)
                 effect = dataclasses.replace(effect, parameters=values, pooled=True)
             found.append(effect)
         return tuple(sorted(found, key=lambda effect: -effect.share))

@@ -1,7 +1,7 @@
 """How well an effect's parameters can be known at best: the catalogue's curves are not quite the machine's.
 
 However little noise there is, a bump is not exactly a bell, a stop not exactly a spring and a step not exactly sudden.
-No interval is narrower than that.
+No interval is narrower than that. Nor is what a contact gains by endless rest known better than how fast it gains it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.mismatch.guise import Guise
 from identify.mismatch.result import FoundEffect, Quantity
-from identify.mismatch.rules import LATE
+from identify.mismatch.rules import BREAK_AWAY, LATE
 
 SIZE = 0.03  # relative: no size is better known
 CURVED = 0.1  # relative: nor is what says how a curve bends
@@ -23,13 +23,14 @@ CURVES = {"width", "damping", "bristle_damping", "gap", "relative_drop"}
 BENT = {("end_stop", "stiffness"), ("thermal_drift", "time_constant"), ("dwell_time_stiction", "time_constant")}
 
 
-def no_better(effect: str, values: dict[str, Quantity], stamped: float) -> dict[str, Quantity]:
+def no_better(effect: str, values: dict[str, Quantity], stamped: float, rests: float) -> dict[str, Quantity]:
     """The parameters of an effect, none better known than its curve is.
 
     Args:
         effect: its name.
         values: its parameters by name.
         stamped: how well the log tells when the torque acted. [s]
+        rests: how long the axis rests at most. [s]
     """
     found = dict(values)
     for name, value in values.items():
@@ -41,7 +42,22 @@ def no_better(effect: str, values: dict[str, Quantity], stamped: float) -> dict[
         low, high = (float(np.hypot(end - value.value, least)) for end in value.ci95)
         floor = 0.0 if effect in LATE else -np.inf
         found[name] = dataclasses.replace(value, ci95=(max(value.value - low, floor), value.value + high))
-    return found
+    return _after_endless_rest(found, rests) if effect in BREAK_AWAY else found
+
+
+def _after_endless_rest(values: dict[str, Quantity], rests: float) -> dict[str, Quantity]:
+    """A rise with its time constant, told by what is there after `rests` [s]: A (1 - exp(-rests/τ)).
+
+    The interval of A holds all that give that with some τ of its own interval. Where rests are all alike and a few τ
+    long, A hardly depends on τ near the fitted one, and its half-width says nothing of longer ones.
+    """
+    rise, constant = values["stiction_rise"], values["time_constant"]
+    if rise.ci95 is None or constant.ci95 is None:
+        return values
+    gained = [-np.expm1(-rests / max(one, 1e-9)) for one in (*constant.ci95, constant.value)]
+    low, high = (end * gained[2] / max(part, 1e-9) for end, part in zip(rise.ci95, gained, strict=False))
+    interval = min(low, rise.ci95[0]), max(high, rise.ci95[1])
+    return {**values, "stiction_rise": dataclasses.replace(rise, ci95=(float(interval[0]), float(interval[1])))}
 
 
 def within_reach(effect: FoundEffect, guise: Guise) -> FoundEffect:

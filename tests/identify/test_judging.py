@@ -60,15 +60,24 @@ def test_no_parameter_is_better_known_than_the_curve_it_belongs_to():
         "amplitude": Quantity(40.0, "N", (39.9, 40.1)), "centre": Quantity(0.5, "m", (0.4999, 0.5001)),
         "width": Quantity(0.02, "m", (0.0199, 0.0201)),
     }  # fmt: skip
-    known = no_better("rail_defect", values, 0.0)
+    known = no_better("rail_defect", values, 0.0, 1.0)
     low, high = known["amplitude"].ci95
     assert (low, high) == pytest.approx((40.0 - 1.204, 40.0 + 1.204), abs=0.01)
     assert known["centre"].ci95 == pytest.approx((0.498, 0.502), abs=1e-5)
     assert known["width"].ci95 == pytest.approx((0.018, 0.022), abs=1e-5)
     wide = {"time_constant": Quantity(0.003, "s", (0.001, 0.005))}
-    assert no_better("actuator_lag", wide, 0.004)["time_constant"].ci95 == pytest.approx((0.0, 0.00747), abs=1e-5)
+    assert no_better("actuator_lag", wide, 0.004, 1.0)["time_constant"].ci95 == pytest.approx((0.0, 0.00747), abs=1e-5)
     nothing = {"gap": Quantity(1e-3, "m", None)}
-    assert no_better("backlash", nothing, 0.0) == nothing
+    assert no_better("backlash", nothing, 0.0, 1.0) == nothing
+
+
+@pytest.mark.parametrize(("rests", "high"), [(1.07, 172.0), (9.0, 135.7)])
+def test_what_endless_rest_gives_is_known_as_well_as_how_fast(rests, high):
+    """All rests took 1.02 s: a rise of 128 N (122 to 135) in 0.3 s (0.12 to 0.73) was one of 168 N in 0.94 s."""
+    rise, constant = Quantity(128.5, "N", (122.4, 134.6)), Quantity(0.296, "s", (0.118, 0.732))
+    known = no_better("dwell_time_stiction", {"stiction_rise": rise, "time_constant": constant}, 0.0, rests)
+    assert known["stiction_rise"].ci95[1] == pytest.approx(high, abs=1.5)
+    assert known["stiction_rise"].ci95[0] == pytest.approx(119.7, abs=1.8)
 
 
 def test_no_interval_is_wider_than_where_the_parameter_was_looked_for():

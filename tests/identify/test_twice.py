@@ -379,6 +379,7 @@ def test_sizes_that_may_be_none_are_those_of_all_data_where_unseen_ones_speak_fo
         final=None,
         evidence=SimpleNamespace(held_out=None),
         recordings=[SimpleNamespace(loop="open")],
+        setting=SimpleNamespace(rests=0.0),
         progress=lambda _: None,
         told_twice=twice_told,
         _share=lambda _: 0.1,
