@@ -92,6 +92,7 @@ MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
 ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 DRAG = "quadratic_drag"
+BEYOND = 1.05  # times the largest force, or the range of positions, of what was fitted
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
 TOLD_BETTER = 2.0  # times the evidence: so many more know better how an effect's own curve bends
 USELESS = 1.0  # eq. (4): one-second predictions that are worse than none at all
@@ -174,6 +175,8 @@ class Conclusion:
             return share < HELD_OUT or fairest_ratio(self.everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
             return share < HELD_OUT  # the everyday baseline has the same force, without a name
+        if self.said & set(ONCE) and share >= HELD_OUT:
+            return False  # friction that wanders has moments that sample by sample evidence foretells
         past = self._past
         if _foretells(self._gained) or (foretold(self._gained) and self._gained.lacking < SOLVED and past < 1.0):
             return True
@@ -203,6 +206,15 @@ class Conclusion:
         """Whether unseen data would tell an effect of which the fitted ones know nothing: at another speed or load."""
         told = _of_names(self.selection.opening)
         return any(one.foreseen > CONVINCING and foretold(one) and one.unseen < WORTH for one in told)
+
+    @property
+    def outreached(self) -> bool:
+        """Whether what judges asks for more force, or goes further, than anything that was fitted: a limit, a stop."""
+        fitted, unseen = self.evidence.train, self.evidence.held_out
+        more = np.abs(unseen.force).max() > BEYOND * np.abs(fitted.force).max()
+        low, high = fitted.position.min(), fitted.position.max()
+        margin = (BEYOND - 1.0) * (high - low)
+        return bool(more or unseen.position.min() < low - margin or unseen.position.max() > high + margin)
 
     @property
     def foretells_name(self) -> bool:

@@ -137,7 +137,7 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
             return other  # a constant force is no reason why recordings disagree
         return first
     several = first.evidence.kind == "recording"
-    hinted = several and first.verdict is Verdict.NO_MISMATCH and first.hinted
+    hinted = first.verdict is Verdict.NO_MISMATCH and (first.hinted if several else first.outreached)
     parts = hinted or (first.torn and (first.spelled or not first.happened))
     unpaid = not parts and first.unpaid
     begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))

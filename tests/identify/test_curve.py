@@ -123,7 +123,7 @@ def test_weak_evidence_is_worth_a_name_only_where_half_of_the_error_is_gone(evid
     chosen = SimpleNamespace(latent_force=1.0, names=("rail_defect",))
     fake = SimpleNamespace(
         final=chosen, error_left=share, _evidence=evidence, _gained=told, plain=plain, everyday=plain,
-        bare=plain, _past=share, selection=SimpleNamespace(baseline=plain, chosen=chosen),
+        bare=plain, _past=share, said={"rail_defect"}, selection=SimpleNamespace(baseline=plain, chosen=chosen),
         evidence=SimpleNamespace(held_out=None),
     )  # fmt: skip
     assert conclusion.Conclusion.pays(fake) is pays

@@ -736,7 +736,7 @@ def weighed(share, foreseen_z, latent_force, past=0.3):
     fit = SimpleNamespace(latent_force=latent_force, dry_level=10.0, names=("position_spring",))
     bare = SimpleNamespace(latent_force=4.0, dry_level=10.0)
     return SimpleNamespace(
-        final=fit, plain=bare, bare=bare, everyday=bare, own=1.0, blind=True, _odder=False,
+        final=fit, plain=bare, bare=bare, everyday=bare, own=1.0, blind=True, _odder=False, said={"position_spring"},
         remains=SimpleNamespace(beside_names=[], duration=45.0),
         selection=SimpleNamespace(chosen=fit, baseline=bare, steps=[SimpleNamespace(acting=1.0)]),
         evidence=SimpleNamespace(held_out=None), _evidence=450.0,
@@ -816,6 +816,15 @@ def test_what_unseen_data_foretell_and_leaves_little_force_pays_though_few_runs_
     assert not Conclusion.pays(told)
     told._gained = dataclasses.replace(told._gained, unseen=0.67)
     assert Conclusion.pays(told), "with friction as it was then, much less of the error is left"
+
+
+@pytest.mark.parametrize(("name", "share", "pays"), [("step", 1.38, False), ("step", 1.01, True), ("rail", 1.38, True)])
+def test_what_happens_once_must_not_make_unseen_data_worse(name, share, pays):
+    """A step of 3.5 % on a healthy machine: 419 and 313 with z = 3.5, and 38 % more error than the baseline has."""
+    told = weighed(share, 3.5, 0.1)
+    told.said = {"step_change" if name == "step" else "rail_defect"}
+    told._gained = Comparison(-419.0, 4.1, -303.0, 0.69, 0.65, 313.0, 3.5, again=213.0, lacking=0.87)
+    assert Conclusion.pays(told) is pays
 
 
 @pytest.mark.parametrize(

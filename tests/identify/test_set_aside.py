@@ -96,6 +96,7 @@ def concluded(judges, verdict, said, *, several=True, **changed):
     """What is concluded where these judge."""
     made = SimpleNamespace(
         verdict=Verdict[verdict], said=said, judges=judges, torn=False, hinted=False, unpaid=False, slight=False,
+        outreached=False,
         recognised=False, spelled=True, confirmed=False, happened=False, foretells_name=False, bent=set(),
         evidence=SimpleNamespace(kind="recording" if several else "time"),
         selection=SimpleNamespace(steps=[]),
@@ -124,6 +125,34 @@ def test_the_other_end_of_a_recording_may_confirm_them(monkeypatch, said, verdic
         monkeypatch.setattr(diagnosis, name, stand_in)
     monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
     assert diagnosis.conclude([LOGGED] * (1 + several), None).judges == ("PART" if named else "LAST")
+
+
+@pytest.mark.parametrize(
+    ("outreached", "verdict"), [(True, "NO_MISMATCH"), (False, "NO_MISMATCH"), (True, "UNEXPLAINED")]
+)
+def test_an_end_that_asks_for_more_than_was_fitted_is_fitted_too(monkeypatch, outreached, verdict):
+    """A torque limit of 38 N m that only the last third met, severity 12: none is looked for that nothing met."""
+    found = {
+        "LAST": concluded("LAST", verdict, set(), several=False, outreached=outreached),
+        "PART": concluded("PART", "EXPLAINED", {"torque_saturation"}, several=False),
+    }
+    for name, stand_in in STAND_INS.items():
+        monkeypatch.setattr(diagnosis, name, stand_in)
+    monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
+    monkeypatch.setattr(diagnosis, "told_twice", lambda *_: None)
+    asked = outreached and verdict == "NO_MISMATCH"
+    assert diagnosis.conclude([LOGGED], None).judges == ("PART" if asked else "LAST")
+
+
+@pytest.mark.parametrize(
+    ("force", "position", "further"),
+    [(50.0, 0.5, True), (38.5, 0.5, False), (30.0, 0.56, True), (30.0, 0.52, False), (30.0, -0.1, True)],
+)
+def test_how_far_the_end_of_a_recording_reaches(force, position, further):
+    fitted = SimpleNamespace(force=np.array([-38.0, 20.0]), position=np.array([0.0, 0.5]))
+    unseen = SimpleNamespace(force=np.array([-force, 1.0]), position=np.array([0.2, position]))
+    found = SimpleNamespace(evidence=SimpleNamespace(train=fitted, held_out=unseen))
+    assert Conclusion.outreached.fget(found) is further
 
 
 @pytest.mark.parametrize(
