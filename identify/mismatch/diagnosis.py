@@ -137,13 +137,15 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
             return other  # a constant force is no reason why recordings disagree
         return first
     several = first.evidence.kind == "recording"
-    hinted = first.verdict is Verdict.NO_MISMATCH and (first.hinted if several else first.outreached)
-    parts = hinted or (first.torn and (first.spelled or not first.happened))
+    nothing = first.verdict is Verdict.NO_MISMATCH
+    further = nothing and not several and first.outreached
+    parts = (nothing and several and first.hinted) or (first.torn and (first.spelled or not first.happened))
     unpaid = not parts and first.unpaid
     begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))
-    part = judged_by(Judges.PART) if parts or unpaid or begun else first
+    part = judged_by(Judges.PART) if parts or unpaid or begun or further else first
     repeated = unpaid and not isinstance(part, Diagnosis) and part.repeats(first)
-    more = part if parts or repeated else first
+    named = further and not isinstance(part, Diagnosis) and part.verdict is Verdict.EXPLAINED
+    more = part if parts or repeated or named else first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED
     if not several:

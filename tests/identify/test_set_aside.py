@@ -128,19 +128,24 @@ def test_the_other_end_of_a_recording_may_confirm_them(monkeypatch, said, verdic
 
 
 @pytest.mark.parametrize(
-    ("outreached", "verdict"), [(True, "NO_MISMATCH"), (False, "NO_MISMATCH"), (True, "UNEXPLAINED")]
+    ("outreached", "verdict", "other", "asked"),
+    [
+        (True, "NO_MISMATCH", "EXPLAINED", True),
+        (False, "NO_MISMATCH", "EXPLAINED", False),
+        (True, "UNEXPLAINED", "EXPLAINED", False),
+        (True, "NO_MISMATCH", "UNEXPLAINED", False),
+    ],
 )
-def test_an_end_that_asks_for_more_than_was_fitted_is_fitted_too(monkeypatch, outreached, verdict):
+def test_an_end_that_asks_for_more_than_was_fitted_is_fitted_too(monkeypatch, outreached, verdict, other, asked):
     """A torque limit of 38 N m that only the last third met, severity 12: none is looked for that nothing met."""
     found = {
         "LAST": concluded("LAST", verdict, set(), several=False, outreached=outreached),
-        "PART": concluded("PART", "EXPLAINED", {"torque_saturation"}, several=False),
+        "PART": concluded("PART", other, {"torque_saturation"}, several=False),
     }
     for name, stand_in in STAND_INS.items():
         monkeypatch.setattr(diagnosis, name, stand_in)
     monkeypatch.setattr(diagnosis, "_selected", lambda _, judges, *__: found[judges])
     monkeypatch.setattr(diagnosis, "told_twice", lambda *_: None)
-    asked = outreached and verdict == "NO_MISMATCH"
     assert diagnosis.conclude([LOGGED], None).judges == ("PART" if asked else "LAST")
 
 
