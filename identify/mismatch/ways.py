@@ -44,8 +44,8 @@ def plug_in(effect: Effect) -> Guise:
 
 TAILORED: dict[str, Callable[[Effect, Setting], list[Guise]]] = {
     "force_offset": ways_drive.offset,
-    "coulomb_asymmetry": ways_drive.ratio("asymmetry_ratio", 0.1, 0.6, 0.02),
-    "viscous_asymmetry": ways_drive.ratio("asymmetry_ratio", 0.2, 0.9, 0.05),
+    "coulomb_asymmetry": ways_drive.ratio("asymmetry_ratio", 0.1, 0.98, 0.02),
+    "viscous_asymmetry": ways_drive.ratio("asymmetry_ratio", 0.2, 0.98, 0.05),
     "position_dependent_friction": ways_place.position_friction,
     "rail_defect": ways_place.defect,
     "presliding_hysteresis": ways_memory.bristles,
