@@ -54,10 +54,13 @@ def _after_endless_rest(values: dict[str, Quantity], rests: float) -> dict[str, 
     rise, constant = values["stiction_rise"], values["time_constant"]
     if rise.ci95 is None or constant.ci95 is None:
         return values
-    gained = [-np.expm1(-rests / max(one, 1e-9)) for one in (*constant.ci95, constant.value)]
-    low, high = (end * gained[2] / max(part, 1e-9) for end, part in zip(rise.ci95, gained, strict=False))
-    interval = min(low, rise.ci95[0]), max(high, rise.ci95[1])
-    return {**values, "stiction_rise": dataclasses.replace(rise, ci95=(float(interval[0]), float(interval[1])))}
+
+    def gained(time_constant: float) -> float:
+        return max(float(-np.expm1(-rests / max(time_constant, 1e-9))), 1e-9)
+
+    (low, high), (soon, late), usual = rise.ci95, constant.ci95, gained(constant.value)
+    interval = min(low, low * usual / gained(soon)), max(high, high * usual / gained(late))
+    return {**values, "stiction_rise": dataclasses.replace(rise, ci95=interval)}
 
 
 def within_reach(effect: FoundEffect, guise: Guise) -> FoundEffect:

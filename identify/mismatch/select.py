@@ -13,6 +13,7 @@ from identify.mismatch.curve import CURVE
 from identify.mismatch.explore import REFITS, explore, reason_against
 from identify.mismatch.guise import Guise, Way
 from identify.mismatch.inverse import Bools, acting
+from identify.mismatch.locate import COORDINATE
 from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import (
     BIC,
@@ -61,6 +62,7 @@ SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 PLACES = {"end_stop", "rail_defect"}  # act in one place, and nowhere else: there is no shape of them elsewhere
+PLACED = {"position", "motor_angle", "pulley_angle"}  # coordinates on which no friction that falls with speed depends
 SOFT = "transmission_compliance"
 EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (
@@ -267,7 +269,7 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
         needed = LESSER * _of_shapes(selection.steps, selection.explained(before))
         if len(selection.steps) == 1:
             needed = max(needed, least)
-        current, steps = search.explore(before, search.names - taken, needed=needed)
+        current, steps = search.explore(before, search.names, needed=needed)
         _improve(selection, current)
         late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
         aside = (None if late else clock_shift(steps)) or other_curve(steps) or fine_bristles(steps)
@@ -301,14 +303,17 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
 
     What mends a shape is a twin of the effect, has its evidence where the effect acts, if that is in few places, or has
     a state of its own that nobody sees: a little spring mends anything. Nor is it needed where the effect's own curve
-    would take as much if it might bend.
+    would take as much if it might bend. How friction falls with speed depends on no place: what unseen data foretell
+    there is another thing, however slowly the axis passes it.
     """
     if step.refused is not None or not taken:
         return step
     if _one_force(step.fit):
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
-    local = [guise.name for guise in before.problem.guises if little and _mends(step, before, near(guise))]
+    placed = COORDINATE.get(step.guise.name) in PLACED and foretold(step.evidence)
+    shaped = [guise for guise in before.problem.guises if little and not (placed and guise.name == CURVE)]
+    local = [guise.name for guise in shaped if _mends(step, before, near(guise))]
     late = bool(kin & set(LATE)) or (step.guise.name in LATE and SOFT in kin)
     enough = _improves(step.evidence, late=late) if little else step.evidence.unseen <= HARDLY
     faint = not enough or not (step.evidence.z >= Z or told_elsewhere(step.evidence))
@@ -388,7 +393,7 @@ def _reconsider(selection: Selection, search: Search, early: Sequence[Step]) -> 
         kin = TWINS.get(step.guise.name, frozenset())
         others = [other for other in selection.steps if other is not step]
         taken = {other.guise.name for other in others}
-        rest, tried = search.explore(rest, (kin | {step.guise.name} | earned) - taken, AGAIN, Stage.TEST)
+        rest, tried = search.explore(rest, kin | {step.guise.name} | earned, AGAIN, Stage.TEST)
         so_far = _of_shapes(others, selection.explained(rest))
         needed = max(-BIC, LESSER * _of_shapes(others, selection.explained(rest), _local(rest)))
         steps = [s for s in tried if s.refused is None and _enough(s.evidence, needed)]

@@ -11,6 +11,7 @@ from identify.mismatch.alternatives import alternatives_of
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
 from identify.mismatch.conclusion import Conclusion
+from identify.mismatch.curve import CURVE
 from identify.mismatch.data import gather
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.effect_sizes import averaged, lags_in_series, may_be_absent, may_be_rigid, unknown
@@ -395,6 +396,29 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     assert second(elsewhere, bend=299.0) is None
     assert "end_stop differs" in second(elsewhere, bend=301.0)  # the first one's own curve would take as much
     assert second(elsewhere, bend=9000.0, bic=-6000.0) is None  # more than half of all: no matter of a curve
+
+
+def test_how_friction_falls_with_speed_depends_on_no_place():
+    """A spring of 222, all of it where the axis was slow, mended another exponent of 1940 (true: the spring)."""
+    slow = np.arange(1000) < 330
+    gained = np.where(slow, 1.0, 0.19)  # 72 % where friction falls
+
+    def second(name="position_spring", foreseen_z=3.4):
+        told = Comparison(-222.0, 5.4, -154.0, 0.371, 0.596, 114.0, foreseen_z)
+        step = Step(Grown(gained), SimpleNamespace(name=name, stiff=False), told, 1.0, None)
+        return _of_its_own(step, Grown(np.zeros(1000), CURVE), lambda _: slow, lambda _: 0.0, {CURVE}, 1940.0).refused
+
+    assert second() is None
+    assert "stribeck_exponent differs" in second(foreseen_z=2.4), "unseen data do not agree on it"
+    assert "stribeck_exponent differs" in second("viscous_asymmetry"), "it depends on the speed"
+
+
+@pytest.mark.parametrize("name", ["coulomb_asymmetry", "viscous_asymmetry"])
+def test_friction_may_nearly_be_missing_in_one_direction(name):
+    """Asymmetries of -0.7, -0.75 and 0.95 ended on a bound of 0.6 or 0.9, and had no name."""
+    (guise,) = guises({name: find(name)}, setting_of(AXIS))
+    (ratio,) = guise.unknowns
+    assert ratio.low < -0.95 and 0.95 < ratio.high < 1.0  # the catalogue's bound itself would be no friction at all
 
 
 def test_a_little_delay_beside_a_gap_is_how_its_sides_meet():
