@@ -64,6 +64,7 @@ from identify.mismatch.rules import (
     stamped_apart,
     strong,
     told_in_most_places,
+    unreached,
 )
 from identify.mismatch.select import EXACT, PLACES, Selection, without
 from identify.mismatch.wandering import PLACE, one_of_many
@@ -600,11 +601,13 @@ class Conclusion:
         """Whether unseen data agree on it, or are predicted better with it: friction that wanders has any a little.
 
         Of a place that is harder by more than it wanders, they need only be likelier: they pass it for a moment each.
-        Nor more of what has no shape that could mend another's, where fitted ones agree.
+        Nor more of what has no shape that could mend another's, where fitted ones agree. Of a limit that they do not
+        reach, they know nothing.
         """
         return any(
             told.unseen <= HARDLY
             or foretold(told)
+            or unreached(effect.name, told)
             or (told.foreseen > FORESEEN and told.again > 0.0 and self._likelier_is_enough(effect))
             for told in self._ways_told(effect)
         )

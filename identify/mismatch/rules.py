@@ -64,6 +64,8 @@ SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis
 SHIFT = "dead_time"  # the shortest may be how the two channels are stamped
 LATE = {"actuator_lag": "time_constant", SHIFT: "delay"}  # together they may be one lag of a higher order
 
+LIMITS = {"torque_saturation", "end_stop"}  # do nothing where the axis or its drive does not go
+
 BREAK_AWAY = {"dwell_time_stiction"}  # decide when the axis leaves a rest: a baseline takes them for static friction
 BENDS, MINUTE = 0.6, 0.25  # of the latent force, at most, and of STIFF: what overwhelming evidence may leave and be
 OWN_DRY = 0.02  # of F_s: dry friction that friction which grows with the load leaves at least
@@ -120,7 +122,8 @@ def refusal(fitted: Fit, guise: Guise, evidence: Comparison, force: float) -> st
         return f"the evidence comes from few places (z = {evidence.z:.1f})"
     if evidence.foreseen < 0.0 and evidence.foreseen_z < -FORESEEN_Z:
         return f"it makes data it has not seen less likely (z = {evidence.foreseen_z:.1f})"
-    if evidence.support < SUPPORT and evidence.foreseen < -BIC and evidence.unseen > DISTINCT:
+    hardly = evidence.support < SUPPORT and evidence.foreseen < -BIC and evidence.unseen > DISTINCT
+    if hardly and not unreached(guise.name, evidence):
         return f"data it has not seen hardly speak for it (evidence {evidence.foreseen:.0f})"
     if guise.name == GAP and evidence.lacking > SLACK and not foretold(evidence):
         return f"it leaves {evidence.lacking:.0%} of the latent force: no gap is so small a part of what is missing"
@@ -286,6 +289,11 @@ def lasting(evidence: Comparison) -> bool:
 def fills(evidence: Comparison) -> bool:
     """Whether most of the latent force is gone with an effect, and not by its best blocks."""
     return evidence.lacking < MUCH and evidence.steady < OVERWHELMING
+
+
+def unreached(name: str, evidence: Comparison) -> bool:
+    """Whether a limit fills most of what is missing, and unseen data, silent on it, stay within."""
+    return name in LIMITS and fills(evidence) and abs(evidence.foreseen) < -BIC
 
 
 def agreed(evidence: Comparison) -> bool:

@@ -25,6 +25,7 @@ from identify.mismatch.rules import (
     FORESEEN_Z,
     KNOWN,
     OVERWHELMING,
+    SHIFT,
     TIED_BIC,
     TIED_SHARE,
     Step,
@@ -128,8 +129,8 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     Physics in no catalogue must only be less likely, unless it clearly predicts better: some of it acts in one place,
     and so does what is asked for here. But what is far behind something else in both, when fitted, is part of that.
     """
-    if any(found.selection.aside - {CURVE} or not found.selection.opening for found in (first, turned)):
-        return None  # how friction bends comes beside anything
+    if any(found.selection.aside - {CURVE, SHIFT} or not found.selection.opening for found in (first, turned)):
+        return None  # how friction bends, and how the channels are stamped, come beside anything
     ours, theirs = map(_likeliest, (first, turned))
     every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]
     leader, *others = sorted(every, key=lambda both: -both.evidence)
@@ -158,9 +159,14 @@ def _far_behind(found: Conclusion, step: Step | None) -> bool:
 
 
 def _eclipsed(found: Conclusion, step: Step) -> bool:
-    """Whether a conclusion is left with clearly more evidence for something else than for a step, but for moments."""
+    """Whether a conclusion is left with clearly more evidence for something else than for a step, but for moments.
+
+    Its own force is left there, too, where it was chosen and did not stand: with the evidence it had in the end.
+    """
     left = [one.evidence for one in found.nameless if one.coordinate != "time"]
-    return max(left, default=0.0) > max(TIED_BIC, -KNOWN * step.evidence.bic) - step.evidence.bic
+    chosen = [other for other in found.selection.steps if found.said == {step.guise.name}]
+    own = max(-one.evidence.bic for one in (step, *chosen))
+    return max(left, default=0.0) > own + max(TIED_BIC, KNOWN * own)
 
 
 def _likeliest(found: Conclusion) -> dict[str, Step]:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.mismatch import conclusion, events, locate, report_values, sensor_errors, shapes
+from identify.mismatch import conclusion, events, locate, report_values, rules, sensor_errors, shapes
 from identify.mismatch.alternatives import alternatives_of
 from identify.mismatch.baseline import read_torque
 from identify.mismatch.compare import Comparison, block_sums, block_z
@@ -398,6 +398,23 @@ def test_a_second_name_does_not_only_mend_the_shape_of_the_first():
     assert second(elsewhere, bend=9000.0, bic=-6000.0) is None  # more than half of all: no matter of a curve
 
 
+@pytest.mark.parametrize(
+    ("name", "lacking", "steady", "foreseen", "told"),
+    [
+        ("torque_saturation", 0.44, -1069.0, -1.0, True),  # true: 6.38 N, beside stiction; 6.34 found
+        ("torque_saturation", 0.54, -1069.0, -1.0, False),
+        ("torque_saturation", 0.44, -590.0, -1.0, False),
+        ("torque_saturation", 0.44, -1069.0, -26.0, False),  # they reach it, and deny it
+        ("rail_defect", 0.44, -1069.0, -1.0, False),
+    ],
+)
+def test_of_a_limit_that_unseen_data_do_not_reach_they_know_nothing(monkeypatch, name, lacking, steady, foreseen, told):
+    monkeypatch.setattr(rules, "misplacement", lambda *_, **__: None)
+    evidence = Comparison(-2323.0, 2.1, steady, 0.402, 0.996, foreseen, -0.3, 0.0, -3.0, lacking)
+    refused = rules.refusal(None, SimpleNamespace(name=name, stiff=False, wave=None), evidence, 5.7)
+    assert (refused is None) is told
+
+
 def test_how_friction_falls_with_speed_depends_on_no_place():
     """A spring of 222, all of it where the axis was slow, mended another exponent of 1940 (true: the spring)."""
     slow = np.arange(1000) < 330
@@ -418,7 +435,8 @@ def test_friction_may_nearly_be_missing_in_one_direction(name):
     """Asymmetries of -0.7, -0.75 and 0.95 ended on a bound of 0.6 or 0.9, and had no name."""
     (guise,) = guises({name: find(name)}, setting_of(AXIS))
     (ratio,) = guise.unknowns
-    assert ratio.low < -0.95 and 0.95 < ratio.high < 1.0  # the catalogue's bound itself would be no friction at all
+    assert ratio.low < -0.95
+    assert 0.95 < ratio.high < 1.0  # the catalogue's bound itself would be no friction at all
 
 
 def test_a_little_delay_beside_a_gap_is_how_its_sides_meet():

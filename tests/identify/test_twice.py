@@ -254,6 +254,19 @@ def test_two_ends_of_a_recording_need_a_name_that_nothing_outdoes(sized, kind, w
     assert (named_by_both(0.7, kind=kind, nameless=(left,)) is not None) is named
 
 
+@pytest.mark.parametrize(
+    ("said", "evidence", "eclipsed"),
+    [({"end_stop"}, -2250.0, False), ({"end_stop"}, -1900.0, True), ({"end_stop", "rail_defect"}, -2250.0, True)],
+)
+def test_the_force_of_a_name_that_did_not_stand_does_not_eclipse_it(sized, said, evidence, eclipsed):
+    """A ripple of 140 at a first look, 225 in the end, left along the motor's angle with 225: it eclipsed itself."""
+    found = led_to(0.7, kind="time", nameless=(SimpleNamespace(coordinate="position", evidence=2250.0),))
+    leader = found.selection.opening[0]
+    chosen = dataclasses.replace(leader, evidence=dataclasses.replace(leader.evidence, bic=evidence))
+    found.said, found.selection.steps = said, [chosen]
+    assert twice._eclipsed(found, leader) is eclipsed
+
+
 def test_what_is_odd_or_happens_at_a_moment_is_not_named_so(sized, monkeypatch):
     assert twice.told_twice(led_by("step_change"), led_by("step_change")) is None
     monkeypatch.setattr(twice, "misplacement", lambda *_, **__: "a parameter ended on its bound")
@@ -277,13 +290,18 @@ def test_another_way_of_the_same_effect_is_no_rival_nor_a_twin_that_nothing_tell
     assert not leads("inertia_error", "torque_ripple", behind=24.0)
 
 
-def test_how_friction_bends_beside_a_name_is_no_reason_against_it(sized):
-    """A transmission of 424 and 423 kN/m at both ends; beside it, at one end, friction fell otherwise with speed."""
-    straight, bent, late = led_by(), led_by(), led_by()
+def test_how_friction_bends_or_channels_are_stamped_is_no_reason_against_a_name_beside_it(sized):
+    """A transmission of 424 and 423 kN/m at both ends; beside it, at one end, friction fell otherwise with speed.
+
+    A spring of 0.35 and 0.36 N/m (true: 0.37); at one end, the two channels were a quarter of a sample apart.
+    """
+    straight, bent, late, soft = led_by(), led_by(), led_by(), led_by()
     bent.selection.aside = {CURVE}
     late.selection.aside = {CURVE, "dead_time"}
+    soft.selection.aside = {"presliding_hysteresis"}
     assert twice._leader(straight, bent) is not None
-    assert twice._leader(straight, late) is None
+    assert twice._leader(straight, late) is not None
+    assert twice._leader(straight, soft) is None
 
 
 @pytest.mark.parametrize(
