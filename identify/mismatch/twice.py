@@ -20,6 +20,7 @@ from identify.mismatch.effect_sizes import may_be_absent
 from identify.mismatch.report_values import measured, quantities
 from identify.mismatch.result import Quantity
 from identify.mismatch.rules import (
+    BIC,
     BIC_STRONG,
     FORESEEN,
     FORESEEN_Z,
@@ -40,6 +41,7 @@ from identify.mismatch.wandering import STEP
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 WITH_ANGLE = {"torque_ripple", "pulley_eccentricity"}
 BY_A_TENTH = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
+NEARER = 0.45  # of the errors of one-second runs: what lasts and is not there leaves half of them at least
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -78,7 +80,7 @@ class Both:
         told = [step.evidence for step in self.told]
         if len(told) < 2 or min(one.foreseen for one in told) < 0.0:
             return False
-        enough = sum(one.foreseen for one in told) > 2.0 * FORESEEN or self.fills
+        enough = sum(one.foreseen for one in told) > 2.0 * FORESEEN or self.fills or self.frees
         if not enough or sum(one.bic for one in told) > BIC_STRONG:
             return False
         even = sum(one.foreseen_z for one in told) > FORESEEN_Z * 2.0**0.5  # standard errors of the sum of two
@@ -92,6 +94,13 @@ class Both:
         told = [step.evidence for step in self.told]
         steady, again = sum(one.steady for one in told), sum(one.again for one in told)
         return steady < 2.0 * OVERWHELMING and again > -2.0 * OVERWHELMING
+
+    @property
+    def frees(self) -> bool:
+        """Whether one-second runs of all data, fitted and unseen, end far nearer: steps hardly feel a soft force."""
+        told = [step.evidence for step in self.told]
+        runs = math.prod(one.free_run * one.unseen for one in told) ** 0.25
+        return runs < NEARER and max(one.bic for one in told) < BIC and self.name not in ONCE
 
     @property
     def fills(self) -> bool:

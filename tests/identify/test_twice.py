@@ -202,6 +202,22 @@ def test_what_predicts_no_better_must_be_overwhelming(sized, left, steady, again
     assert (named_by_both(left, steady=steady, again=again) is not None) is named
 
 
+@pytest.mark.parametrize(
+    ("name", "bic", "unseen", "leads"),
+    [
+        ("position_spring", -41.0, 0.188, True),
+        ("position_spring", -41.0, 0.5, False),
+        ("position_spring", -21.0, 0.188, False),
+        ("thermal_drift", -41.0, 0.188, False),
+    ],
+)
+def test_a_soft_force_that_steps_hardly_feel_may_lead_free_runs_far_nearer(sized, name, bic, unseen, leads):
+    """A spring of 0.0095 N m/rad, 0.0094 and 0.0086 found: 74 and 41 when fitted, 5 and 58 foretold."""
+    one = led_by(name, behind=20.0, bic=-74.0, z=4.4, steady=-54.0, free_run=0.318, unseen=1.167, foreseen=5.0)
+    other = led_by(name, behind=20.0, bic=bic, z=4.3, free_run=0.237, unseen=unseen, foreseen=58.0, foreseen_z=6.6)
+    assert (twice._leader(one, other) is not None) is leads
+
+
 @pytest.mark.parametrize(("again", "named"), [(1078.0, True), (900.0, False)])
 def test_what_two_recordings_tell_without_their_best_blocks_adds_up(sized, again, named):
     """A torque limit beside a slope of 1 %: 4993 and 588 in one, 2187 and 1856 in the other, 93 % of the error left.
