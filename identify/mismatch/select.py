@@ -62,7 +62,7 @@ SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 PLACES = {"end_stop", "rail_defect"}  # act in one place, and nowhere else: there is no shape of them elsewhere
-PLACED = {"position", "motor_angle", "pulley_angle"}  # coordinates on which no friction that falls with speed depends
+WHERE = {"position", "motor_angle", "pulley_angle"}  # no friction that falls with speed depends on a place or an angle
 SOFT = "transmission_compliance"
 EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (
@@ -311,7 +311,7 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
     if _one_force(step.fit):
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
-    placed = COORDINATE.get(step.guise.name) in PLACED and foretold(step.evidence)
+    placed = COORDINATE.get(step.guise.name) in WHERE and foretold(step.evidence)
     shaped = [guise for guise in before.problem.guises if little and not (placed and guise.name == CURVE)]
     local = [guise.name for guise in shaped if _mends(step, before, near(guise))]
     late = bool(kin & set(LATE)) or (step.guise.name in LATE and SOFT in kin)

@@ -546,19 +546,21 @@ def test_no_shape_turns_within_the_noise_of_its_coordinate():
 
 
 @pytest.mark.parametrize(
-    ("unseen", "foreseen", "z", "told"),
+    ("unseen", "foreseen", "z", "told", "limited"),
     [
-        (0.94, 538.0, 0.8, False),  # a step of friction that wanders, beside an asymmetry, with 2010
-        (0.92, 31.0, 0.4, False),
-        (0.94, 538.0, 4.0, True),
-        (0.8, 31.0, 0.4, True),
+        (0.94, 538.0, 0.8, False, False),  # a step of friction that wanders, beside an asymmetry, with 2010
+        (0.92, 31.0, 0.4, False, False),
+        (0.94, 538.0, 4.0, True, True),
+        (0.8, 31.0, 0.4, True, True),
+        (1.0, 0.0, 0.0, False, True),  # a torque limit that they do not reach
     ],
 )
-def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told):
-    evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z, again=100.0)
+def test_unseen_data_must_agree_on_a_name_beside_others_or_be_predicted_better(unseen, foreseen, z, told, limited):
+    evidence = Comparison(-2010.0, 4.2, -900.0, 0.42, unseen, foreseen, z, again=100.0, lacking=0.4)
     fake = SimpleNamespace(_ways_told=lambda _: iter([evidence, evidence]))
     fake._likelier_is_enough = lambda _: False
-    assert Conclusion._told_beside_others(fake, None) is told
+    assert Conclusion._told_beside_others(fake, SimpleNamespace(name="step_change")) is told
+    assert Conclusion._told_beside_others(fake, SimpleNamespace(name="torque_saturation")) is limited
 
 
 @pytest.mark.parametrize(
