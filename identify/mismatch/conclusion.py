@@ -18,7 +18,7 @@ from identify.mismatch.finish import clocks_apart, finished
 from identify.mismatch.floors import no_better, within_reach
 from identify.mismatch.guise import Guise, Setting
 from identify.mismatch.inverse import Unexplained, unexplained
-from identify.mismatch.locate import COORDINATE
+from identify.mismatch.locate import ANGLES, COORDINATE, WHERE
 from identify.mismatch.nameless import SURE, Structure, simplest_first
 from identify.mismatch.progress import Doing, Stage, Tell
 from identify.mismatch.remains import Remains
@@ -91,7 +91,6 @@ PLACED = 0.1  # of the dry friction: what acts in one place and is more has not 
 TRACE = 0.005  # of the square of the force that all names take away: less beside another name is none
 MOMENT = 1.5  # s: what is over sooner takes no name from what was there all the time
 PASSING = 0.3  # of the longest recording: nor what is over sooner where unseen data tell that name
-ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
 DRAG = "quadratic_drag"
 BEYOND = 1.05  # times the largest force, or the range of positions, of what was fitted
 TORN = 1.5  # times the error of the same model fitted to the held-out recording itself
@@ -291,7 +290,7 @@ class Conclusion:
         beside = {"time"}
         if share < PROVEN:
             beside |= {COORDINATE.get(name, "time") for name in chosen.names}
-            beside |= {"position", *ANGLES} if beside & ANGLES else set()
+            beside |= WHERE if beside & ANGLES else set()
         little = LITTLE * min(step.acting for step in self.selection.steps) if share < PROVEN else 0.0
         left = [s for s in self.remains.beside_names if not 0.0 < s.force < little and not self._passing(s)]
         solved = share < PROVEN and decided(self._gained) and self._gained.lacking < PROVEN

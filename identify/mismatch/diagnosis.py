@@ -144,7 +144,7 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
     begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))
     part = judged_by(Judges.PART) if parts or unpaid or begun or further else first
     repeated = unpaid and not isinstance(part, Diagnosis) and part.repeats(first)
-    named = further and not isinstance(part, Diagnosis) and part.verdict is Verdict.EXPLAINED
+    named = further and part.verdict is Verdict.EXPLAINED
     more = part if parts or repeated or named else first
     found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
     explained = found.verdict is Verdict.EXPLAINED

@@ -14,6 +14,8 @@ from plant.axis import Axis
 Floats = NDArray[np.float64]
 
 REACHED = 0.005, 0.995  # quantiles of a coordinate: where the axis has been
+ANGLES = {"motor_angle", "pulley_angle"}  # turn together, with the position
+WHERE = {"position", *ANGLES}  # coordinates of a place
 COORDINATE = {
     "force_offset": "direction",
     "coulomb_asymmetry": "direction",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.mismatch.compare import Fit
 from identify.mismatch.data import Evidence, join
 from identify.mismatch.inverse import Unexplained, unexplained
-from identify.mismatch.locate import coordinates
+from identify.mismatch.locate import WHERE, coordinates
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ FEWEST = 8  # samples of each direction in a bin that is drawn
 BOTH = 0.5  # share of bins with both directions, below which halves are taken over all samples
 AS_DRAWN = {"direction": "speed", "velocity": "speed"}  # even and odd half already split by direction
 ALWAYS = ("position", "speed")
-EVEN_BINS = {"position", "time", "motor_angle", "pulley_angle"}  # others: as many samples in each bin
+EVEN_BINS = {"time", *WHERE}  # others: as many samples in each bin
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from identify.mismatch.curve import CURVE
 from identify.mismatch.explore import REFITS, explore, reason_against
 from identify.mismatch.guise import Guise, Way
 from identify.mismatch.inverse import Bools, acting
-from identify.mismatch.locate import COORDINATE
+from identify.mismatch.locate import COORDINATE, WHERE
 from identify.mismatch.progress import Stage, Tell, unheard
 from identify.mismatch.rules import (
     BIC,
@@ -62,7 +62,6 @@ SAME_FIT = 1.0  # of log-likelihood: what is better by more is another fit
 MOST_LOOKS = 4  # in one search, before a much better fit of the same model is no reason for another
 AGAIN = 3  # names per observer gain looked at again when a chosen effect is put to the test
 PLACES = {"end_stop", "rail_defect"}  # act in one place, and nowhere else: there is no shape of them elsewhere
-WHERE = {"position", "motor_angle", "pulley_angle"}  # no friction that falls with speed depends on a place or an angle
 SOFT = "transmission_compliance"
 EXACT = {"inertia_error", "torque_scale_error"}  # have no shape that could be known imperfectly
 FAMILIES = (

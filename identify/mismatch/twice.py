@@ -41,7 +41,7 @@ from identify.mismatch.wandering import STEP
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 WITH_ANGLE = {"torque_ripple", "pulley_eccentricity"}
 BY_A_TENTH = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
-NEARER = 0.45  # of the errors of one-second runs: what lasts and is not there leaves half of them at least
+NEARER = 0.45  # of the errors of one-second runs: what lasts and was not there left 49 % of them and more
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
