@@ -12,7 +12,7 @@ from identify.mismatch.compare import Fit, fit, trimmed
 from identify.mismatch.data import Evidence
 from identify.mismatch.extended import MOST, ExtendedProblem
 from identify.mismatch.quiet import quieted
-from identify.mismatch.rules import price, stamped_apart
+from identify.mismatch.rules import hardly_late, price
 from identify.outliers import late_outliers, without
 from identify.preprocess import Samples
 from identify.problem import FrictionProblem
@@ -95,7 +95,7 @@ def read_again(gathered: Evidence, current: Evidence, chosen: Fit, seed: int) ->
     """
     guises = chosen.problem.guises
     fewer = [trimmed(chosen, tuple(g for g in guises if g is not guise)) for guise in guises if guise.name in MISREAD]
-    as_chosen = () if stamped_apart(chosen) else (chosen,)
+    as_chosen = () if hardly_late(chosen) else (chosen,)
     readings = [gathered, *_readings(gathered)]
     if current.quiet:
         readings = [_quieted(other, chosen.problem.axis) for other in readings]

@@ -38,7 +38,6 @@ from identify.mismatch.rules import (
     MUCH,
     NO_NAME,
     PROVEN,
-    SHIFT,
     SLACK,
     SOLVED,
     STILL,
@@ -57,11 +56,11 @@ from identify.mismatch.rules import (
     fills,
     finding,
     foretold,
+    hardly_late,
     lasting,
     outdone,
     overwhelming,
     price,
-    stamped_apart,
     strong,
     told_in_most_places,
     unreached,
@@ -165,12 +164,15 @@ class Conclusion:
         Weak evidence is worth a name only where half of the error is gone.
         Where most of the latent force is explained, sample by sample, free runs need only be no worse; past the worst
         of them, where the fitted data alone are not overwhelming. Nor more where unseen data foretell the effects, or
-        where brief runs solve what all data tell even without their best blocks.
+        where brief runs solve what all data tell even without their best blocks, or where they cannot tell: of a limit
+        that is not reached there.
         """
         final = self.final
         share = self.error_left
         if self._evidence < -BIC_STRONG and share > MUCH:
             return False
+        if _beyond_reach(self.said, self._gained):
+            return True
         if decided(self._gained):
             return share < HELD_OUT or fairest_ratio(self.everyday, final, self.evidence.held_out) < WORTH
         if self.plain is not self.selection.baseline and beyond(self.plain) and not beyond(final):
@@ -253,10 +255,10 @@ class Conclusion:
         if not self.selection.aside:
             return self.selection.baseline
         bare = reduce(without, [step.guise for step in self.selection.steps], self.selection.chosen)
-        if SHIFT not in bare.names or stamped_apart(bare):
+        late = [guise for guise in bare.problem.guises if guise.name in LATE]
+        if not late or hardly_late(bare):
             return bare
-        # beside the effects it was a shift of the clocks, without them it stands for one
-        return without(bare, bare.problem.guise(SHIFT))
+        return without(bare, late[0])  # beside the effects it was too short to be told, without them it stands for one
 
     @property
     def everyday(self) -> Fit:
@@ -601,10 +603,11 @@ class Conclusion:
 
         Of a place that is harder by more than it wanders, they need only be likelier: they pass it for a moment each.
         Nor more of what has no shape that could mend another's, where fitted ones agree. Of a limit that they do not
-        reach, they know nothing.
+        reach, they know nothing. What comes late does so everywhere: the places must agree on it.
         """
+        late = effect.name in LATE
         return any(
-            told.unseen <= HARDLY
+            (told.unseen <= HARDLY and (told.z >= Z or not late))
             or foretold(told)
             or unreached(effect.name, told)
             or (told.foreseen > FORESEEN and told.again > 0.0 and self._likelier_is_enough(effect))
@@ -711,6 +714,12 @@ def _exact(step: Step) -> bool:
 def _named(steps: Sequence[Step], name: str) -> Step:
     """The step of this effect."""
     return next(step for step in steps if step.guise.name == name)
+
+
+def _beyond_reach(names: set[str], told: Comparison) -> bool:
+    """Whether the one name is of a limit that unseen data do not reach, and fitted ones agree on it."""
+    (name, *others) = names
+    return not others and unreached(name, told) and told.z > Z and told.free_run < CLEARLY
 
 
 def _foretells(told: Comparison) -> bool:

@@ -47,6 +47,8 @@ MUCH = 0.5  # of the latent force, or of the error on unseen data: what leaves l
 PROVEN = 0.1  # share of the one-second error on unseen data: a name that leaves no more is hardly another's shadow
 TRUER = 0.25  # of what a name leaves: physics in no catalogue that is likelier and leaves no more takes even that name;
 # of the error on unseen data: what leaves no more, and is overwhelming, is there however small it is
+NEARER = 0.45  # of the errors of one-second runs: what lasts and was not there left 49 % of them and more
+CLEARER = 0.65  # of them, of all data: what leaves no more, and most places agree on, is no matter of shapes
 LEAD = 0.15  # of its evidence: what is so much likelier than a name is likelier for how that name's shape differs
 BY_HALF = 1.5  # times the evidence of all data that such physics has: a name with that is preferred in any case
 FAR, FAR_TRUER = 1.25, 0.5  # with so many times its evidence, it need leave only so little
@@ -61,8 +63,7 @@ OWN_SHAPE = 0.05  # of a name's evidence: physics in no catalogue that has so li
 LESSER = 0.03  # of the evidence so far: less is how imperfectly the shapes of what was named are known
 
 SAME = {"force_offset", "coulomb_asymmetry"}  # a constant force, while the axis slides
-SHIFT = "dead_time"  # the shortest may be how the two channels are stamped
-LATE = {"actuator_lag": "time_constant", SHIFT: "delay"}  # together they may be one lag of a higher order
+LATE = {"actuator_lag": "time_constant", "dead_time": "delay"}  # together they may be one lag of a higher order
 
 LIMITS = {"torque_saturation", "end_stop"}  # do nothing where the axis or its drive does not go
 
@@ -326,7 +327,8 @@ def told_elsewhere(evidence: Comparison) -> bool:
 
 def told_more_elsewhere(evidence: Comparison) -> bool:
     """True where unseen data, clearly better predicted, tell more of it than fitted ones, which tell it strongly."""
-    return _more_elsewhere(evidence) and evidence.foreseen_z > FORESEEN_Z and evidence.unseen < CLEARLY
+    places = evidence.foreseen_z > FORESEEN_Z or evidence.again > CONVINCING
+    return _more_elsewhere(evidence) and places and evidence.unseen < CLEARLY
 
 
 def told_in_most_places(evidence: Comparison) -> bool:
@@ -347,6 +349,16 @@ def foretold(evidence: Comparison) -> bool:
 def proven(evidence: Comparison) -> bool:
     """True where unseen data are foretold, and so well that nothing else is needed."""
     return foretold(evidence) and evidence.unseen < PROVEN
+
+
+def nearer(evidence: Comparison) -> bool:
+    """True where one-second runs of all data end far nearer, and unseen data, too, are likelier sample by sample.
+
+    Or nearer, where fitted data agree in most places, and unseen ones are clearly likelier.
+    """
+    runs = float(np.sqrt(evidence.free_run * evidence.unseen))
+    far = runs < NEARER and evidence.foreseen > -BIC
+    return evidence.bic < BIC and (far or (runs < CLEARER and evidence.z > Z and evidence.foreseen > FORESEEN))
 
 
 def everywhere(evidence: Comparison) -> bool:
@@ -502,21 +514,27 @@ def _cost_of_all(step: Step) -> float:
     return cost(step.fit) - step.evidence.foreseen
 
 
-def stamped_apart(fitted: Fit) -> bool:
-    """Whether a model has a dead time too short to be physics: how its two channels are stamped."""
-    late = [guise for guise in fitted.problem.guises if guise.name == SHIFT]
+def hardly_late(fitted: Fit) -> bool:
+    """Whether a model has a delay too short to be told: how its two channels are stamped, or any drive's lag."""
+    late = [guise for guise in fitted.problem.guises if guise.name in LATE]
     return any(guise.oddity(fitted.x[fitted.problem.slot(guise)]) is not None for guise in late)
 
 
-def clock_shift(steps: list[Step]) -> Step | None:
-    """A dead time too short to be physics, where nothing explains much more: how the two channels are stamped."""
-    found = [s for s in steps if s.guise.name == SHIFT and s.guise in s.fit.problem.guises]
-    shift = next((s for s in found if s.evidence.bic < BIC and s.evidence.z > Z), None)
-    if shift is None or not stamped_apart(shift.fit):
+def slight_delay(steps: list[Step]) -> Step | None:
+    """A delay too short to be told, where nothing explains much more; every drive has one.
+
+    Physics in no catalogue may explain a little more: a drive that creeps up to what it is told has a delay, too.
+    """
+    told = [s for s in steps if s.guise.name in LATE and s.evidence.bic < BIC and s.evidence.z > Z]
+    slight = [s for s in told if s.guise in s.fit.problem.guises and hardly_late(s.fit)]
+    if not slight:
         return None
-    best = best_of(steps)
-    likely = [step for step in steps if step is best or step.refused == NO_NAME]
-    return shift if price(shift.fit) < min((price(s.fit) for s in likely), default=np.inf) + 2.0 * TIED_BIC else None
+    delay, best = min(slight, key=lambda step: price(step.fit)), best_of(steps)
+    strangers = min((price(step.fit) for step in steps if step.refused == NO_NAME), default=np.inf)
+    named = price(best.fit) if best is not None else np.inf
+    lead = max(2.0 * TIED_BIC, -LEAD * delay.evidence.bic)
+    likely = price(delay.fit) < min(named + 2.0 * TIED_BIC, strangers + lead)
+    return delay if likely else None
 
 
 def other_curve(steps: list[Step]) -> Step | None:

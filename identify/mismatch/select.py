@@ -31,13 +31,14 @@ from identify.mismatch.rules import (
     Z,
     agreed,
     best_of,
-    clock_shift,
     cost,
     fine_bristles,
     foretold,
+    nearer,
     other_curve,
     price,
     proven,
+    slight_delay,
     told_elsewhere,
     told_in_most_places,
     told_more_elsewhere,
@@ -118,9 +119,9 @@ class Selection:
         return set(self.chosen.names) - {step.guise.name for step in self.steps}
 
     @property
-    def shift(self) -> bool:
-        """Whether torque and position turned out to be stamped by so little apart that it is no effect."""
-        return "dead_time" in self.aside
+    def late(self) -> bool:
+        """Whether torque turned out to come by so little late that it is no effect."""
+        return bool(self.aside & LATE.keys())
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,8 +271,8 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             needed = max(needed, least)
         current, steps = search.explore(before, search.names, needed=needed)
         _improve(selection, current)
-        late = selection.shift or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
-        aside = (None if late else clock_shift(steps)) or other_curve(steps) or fine_bristles(steps)
+        late = selection.late or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
+        aside = (None if late else slight_delay(steps)) or other_curve(steps) or fine_bristles(steps)
         if aside is not None:
             selection.chosen, early = aside.fit, len(selection.steps)
             continue
@@ -302,16 +303,16 @@ def _of_its_own(step: Step, before: Fit, near: Near, bends: Bends, taken: set[st
 
     What mends a shape is a twin of the effect, has its evidence where the effect acts, if that is in few places, or has
     a state of its own that nobody sees: a little spring mends anything. Nor is it needed where the effect's own curve
-    would take as much if it might bend. How friction falls with speed depends on no place: what unseen data foretell
-    there is another thing, however slowly the axis passes it.
+    would take as much if it might bend. How friction falls with speed depends on no place, and on no acceleration: what
+    unseen data foretell there is another thing, however slowly the axis passes it.
     """
     if step.refused is not None or not taken:
         return step
     if _one_force(step.fit):
         return replace(step, refused="over this travel, a spring and so long a wave are one force")
     kin, little = taken & TWINS.get(step.guise.name, frozenset()) - EXACT, -step.evidence.bic < KIN * so_far
-    placed = COORDINATE.get(step.guise.name) in WHERE and foretold(step.evidence)
-    shaped = [guise for guise in before.problem.guises if little and not (placed and guise.name == CURVE)]
+    other = (COORDINATE.get(step.guise.name) in WHERE or step.guise.name in EXACT) and foretold(step.evidence)
+    shaped = [guise for guise in before.problem.guises if little and not (other and guise.name == CURVE)]
     local = [guise.name for guise in shaped if _mends(step, before, near(guise))]
     late = bool(kin & set(LATE)) or (step.guise.name in LATE and SOFT in kin)
     enough = _improves(step.evidence, late=late) if little else step.evidence.unseen <= HARDLY
@@ -346,9 +347,10 @@ def _improves(evidence: Comparison, *, late: bool) -> bool:
 def _mends(step: Step, before: Fit, near: Bools | None) -> bool:
     """Whether the step's evidence comes from where an effect acts, `near` (n,), if that is in few places."""
     told = step.evidence
+    elsewhere = told_elsewhere(told) or nearer(told)
     if near is None or near.mean() > FEW:
-        return told.z < Z and not (told_elsewhere(told) or told_more_elsewhere(told))
-    if told.z < Z_STRONG and not (foretold(told) and told.steady < BIC_STRONG) and not told_elsewhere(told):
+        return told.z < Z and not (elsewhere or told_more_elsewhere(told))
+    if told.z < Z_STRONG and not (foretold(told) and told.steady < BIC_STRONG) and not elsewhere:
         return True
     gained = step.fit.terms() - before.terms()
     return float(gained[near].sum()) > MENDS * float(gained.sum())
@@ -432,7 +434,7 @@ def _enough(evidence: Comparison, needed: float) -> bool:
 
     Those tell no shape that was bent to fit: it was bent to others.
     """
-    return -evidence.bic >= needed or proven(evidence) or told_in_most_places(evidence)
+    return -evidence.bic >= needed or proven(evidence) or nearer(evidence) or told_in_most_places(evidence)
 
 
 def _try_twins(selection: Selection, search: Search) -> None:

@@ -25,8 +25,9 @@ from identify.mismatch.rules import (
     FORESEEN,
     FORESEEN_Z,
     KNOWN,
+    LATE,
+    NEARER,
     OVERWHELMING,
-    SHIFT,
     TIED_BIC,
     TIED_SHARE,
     Step,
@@ -41,7 +42,6 @@ from identify.mismatch.wandering import STEP
 WITH_FORCE = EXACT | {"load_dependent_friction"}
 WITH_ANGLE = {"torque_ripple", "pulley_eccentricity"}
 BY_A_TENTH = 0.9  # of what a name leaves: physics in no catalogue that leaves less must be far less likely, too
-NEARER = 0.45  # of the errors of one-second runs: what lasts and was not there left 49 % of them and more
 BETTER = 0.9  # of the baseline's one-second error on unseen data: where more is left, all data must be far likelier
 
 
@@ -121,7 +121,7 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     ends = first.evidence.kind == "time"  # which have most of a recording in common
     if ends and any(map(_eclipsed, (first, turned), both.told)):
         return None
-    found, step = min(zip((first, turned), both.told, strict=True), key=lambda one: one[1].evidence.unseen)
+    found, step = min(zip((first, turned), both.told, strict=True), key=_preference)
     named = dataclasses.replace(step, refused=None)
     selection = Selection.beginning(named, found.selection.baseline, found.selection.opening)
     sure = dataclasses.replace(found, selection=selection, told_twice=True)
@@ -132,13 +132,19 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     return sure if sure.error_left < BETTER or lasting(step.evidence) or both.lasts or both.fills else None
 
 
+def _preference(one: tuple[Conclusion, Step]) -> tuple[bool, float]:
+    """First what stands by itself, then what predicts unseen data best."""
+    found, step = one
+    return not (found.explains and found.said == {step.guise.name}), step.evidence.unseen
+
+
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     """What all data of both together make far likelier than any other name on top of the baseline; or None.
 
     Physics in no catalogue must only be less likely, unless it clearly predicts better: some of it acts in one place,
     and so does what is asked for here. But what is far behind something else in both, when fitted, is part of that.
     """
-    if any(found.selection.aside - {CURVE, SHIFT} or not found.selection.opening for found in (first, turned)):
+    if any(found.selection.aside - {CURVE, *LATE} or not found.selection.opening for found in (first, turned)):
         return None  # how friction bends, and how the channels are stamped, come beside anything
     ours, theirs = map(_likeliest, (first, turned))
     every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]

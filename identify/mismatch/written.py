@@ -24,7 +24,10 @@ from identify.mismatch.result import Change, Diagnosis, FoundEffect, Location, P
 from identify.mismatch.rivals import rivals_of, still_tied
 from identify.mismatch.rules import BRISTLES, SAME, constant_of
 
-CLOCK = "position is stamped later than torque by less than a quarter of a sample: taken into account"
+SLIGHT = {
+    "dead_time": "position is stamped later than torque by less than a quarter of a sample: taken into account",
+    "actuator_lag": "the drive lags its command by less than a quarter of a sample: taken into account",
+}
 EXPONENT = "friction falls with exp(-(v/v_s)^{:.2g}) rather than as in eq. (1): taken into account"
 MICROMETRES = "contacts bend by less than can be measured here before they slide: taken into account"
 BENT = "{} has not quite the catalogue's curve, which was left free to bend: taken into account"
@@ -163,7 +166,7 @@ def _nameless(found: Conclusion, nameless: list[Structure], fitted: Fit) -> Loca
 def _aside(found: Conclusion, shown: Fit) -> tuple[str, ...]:
     """What is said of what the model takes into account though it is no effect."""
     selection = found.selection
-    said = [CLOCK] if selection.shift else []
+    said = [sentence for name, sentence in SLIGHT.items() if name in selection.aside]
     if CURVE in selection.aside:
         model = shown if CURVE in shown.names else selection.chosen
         guise = model.problem.guise(CURVE)

@@ -80,6 +80,32 @@ def test_clearly_better_is_enough_where_unseen_data_tell_more_than_fitted_ones(f
     assert select._mends(step, None, None) is not told
 
 
+@pytest.mark.parametrize(("again", "told"), [(358.0, True), (200.0, False)])
+def test_what_unseen_data_tell_without_their_best_blocks_too_mends_no_shape(again, told):
+    """A rail defect of 10 N beside a transmission: 177, and 794 on unseen data, which pass it a few times (BM-0084)."""
+    evidence = Comparison(-177.0, 1.4, -66.0, 0.69, 0.55, 794.0, 2.6, again=again)
+    assert select._mends(SimpleNamespace(evidence=evidence), None, None) is not told
+
+
+@pytest.mark.parametrize(
+    ("free", "unseen", "z", "foreseen", "told"),
+    [
+        (0.05, 0.15, 2.5, 52.0, True),  # friction along the guide beside a dead time (BL-0021)
+        (0.44, 0.47, 2.5, 52.0, False),
+        (0.05, 0.15, 2.5, 20.0, False),
+        (0.58, 0.60, 3.4, 166.0, True),  # a spring beside viscous friction that differs (BJ-0029)
+        (0.58, 0.60, 2.5, 166.0, False),
+        (0.58, 0.60, 3.4, 52.0, False),
+        (0.70, 0.75, 3.4, 166.0, False),
+    ],
+)
+def test_a_soft_force_beside_a_strong_name_is_told_by_free_runs(free, unseen, z, foreseen, told):
+    """Sample by sample, it has less than a name of many thousands may be known imperfectly by."""
+    evidence = Comparison(-224.0, z, -133.0, free, unseen, foreseen, 2.3, again=20.0)
+    assert select._enough(evidence, 330.0) is told
+    assert select._mends(SimpleNamespace(evidence=evidence), None, None) is (not told and z < 3.0)
+
+
 @pytest.mark.parametrize(
     ("foreseen", "z", "unseen", "told"),
     [

@@ -26,6 +26,7 @@ from identify.mismatch.rules import (
     disputed,
     finding,
     other_curve,
+    slight_delay,
     tied,
 )
 from identify.mismatch.select import Selection
@@ -334,6 +335,28 @@ def test_what_is_too_small_to_be_told_keeps_no_exponent_from_being_taken_into_ac
     """A gap of 10 um had 616, another exponent 496, and a warming stayed hidden behind both."""
     bent, gap = step(CURVE, -496.0, NO_NAME), step("backlash", -616.0, refused)
     assert other_curve([gap, bent]) is (bent if aside else None)
+
+
+@pytest.mark.parametrize(
+    ("name", "short", "beside", "aside"),
+    [
+        ("actuator_lag", True, step("step_change", -498.0, foreseen=1388.0), True),
+        ("dead_time", True, step("step_change", -498.0, foreseen=1388.0), True),
+        ("actuator_lag", False, step("step_change", -498.0, foreseen=1388.0), False),
+        ("actuator_lag", True, step("step_change", -1400.0, foreseen=1388.0), False),
+        ("actuator_lag", True, step("overshooting_drive", -1450.0, NO_NAME), True),
+        ("actuator_lag", True, step("overshooting_drive", -1550.0, NO_NAME), False),
+    ],
+)
+def test_a_delay_too_short_to_be_told_is_taken_into_account(monkeypatch, priced, name, short, beside, aside):
+    """A lag of 0.5 ms had 1299, likelier than the step of friction that was there, and it had no name (BK-0015)."""
+    monkeypatch.setattr("identify.mismatch.rules.price", lambda fit: fit)
+    reason = f"its size of 0.0005 is below 0.002: {NO_FINDING}" if short else None
+    delay = step(name, -1299.0, reason, foreseen=730.0)
+    delay.guise.oddity = lambda _: reason
+    delay.fit.x, delay.fit.problem = np.zeros(1), SimpleNamespace(guises=[delay.guise], slot=lambda _: slice(0, 1))
+    assert slight_delay([delay, beside]) is (delay if aside else None)
+    assert slight_delay([beside]) is None
 
 
 def test_nothing_is_put_together_from_names_where_one_stranger_leaves_next_to_nothing(priced, monkeypatch):

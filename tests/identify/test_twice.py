@@ -202,6 +202,15 @@ def test_what_predicts_no_better_must_be_overwhelming(sized, left, steady, again
     assert (named_by_both(left, steady=steady, again=again) is not None) is named
 
 
+@pytest.mark.parametrize(("alone", "named"), [(True, True), (False, False)])
+def test_the_end_that_stands_by_itself_is_what_two_ends_tell(sized, monkeypatch, alone, named):
+    """A torque limit at both ends: 93 % of the error left where it was fitted, 31 % where the rest was (BL-0032)."""
+    monkeypatch.setattr(twice, "_agree", lambda *_: True)
+    one, other = led_to(0.93, unseen=0.77), led_to(0.31, unseen=1.07)
+    other.said = {"end_stop"} if alone else set()
+    assert (twice.told_twice(one, other) is not None) is named
+
+
 @pytest.mark.parametrize(
     ("name", "bic", "unseen", "leads"),
     [
@@ -313,7 +322,7 @@ def test_how_friction_bends_or_channels_are_stamped_is_no_reason_against_a_name_
     """
     straight, bent, late, soft = led_by(), led_by(), led_by(), led_by()
     bent.selection.aside = {CURVE}
-    late.selection.aside = {CURVE, "dead_time"}
+    late.selection.aside = {CURVE, "dead_time", "actuator_lag"}
     soft.selection.aside = {"presliding_hysteresis"}
     assert twice._leader(straight, bent) is not None
     assert twice._leader(straight, late) is not None
