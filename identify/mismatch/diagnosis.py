@@ -142,16 +142,17 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
     parts = (nothing and several and first.hinted) or (first.torn and (first.spelled or not first.happened))
     unpaid = not parts and first.unpaid
     begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))
-    part = judged_by(Judges.PART) if parts or unpaid or begun or further else first
-    repeated = unpaid and not isinstance(part, Diagnosis) and part.repeats(first)
+    asked = judged_by(Judges.PART) if parts or unpaid or begun or further else first
+    part = first if isinstance(asked, Diagnosis) else asked
+    repeated = unpaid and part.repeats(first)
     named = further and part.verdict is Verdict.EXPLAINED
     more = part if parts or repeated or named else first
-    found = first if isinstance(more, Diagnosis) or not _tells(more, first) else more
+    found = more if _tells(more, first) else first
     explained = found.verdict is Verdict.EXPLAINED
     if not several:
-        if isinstance(part, Conclusion) and (part.straightens(first) or part.outweighs(first)):
+        if part.straightens(first) or part.outweighs(first):
             return part
-        if explained or first.recognised or part is first or isinstance(part, Diagnosis):
+        if explained or first.recognised or part is first:
             return found
         return told_twice(first, part) or found
     if first.recognised or (explained and found.said != {STEP}):
