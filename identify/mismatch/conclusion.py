@@ -406,6 +406,13 @@ class Conclusion:
         likely = [step for step in ours if step.evidence.bic < BIC_STRONG and step.evidence.foreseen > FORESEEN]
         return any(overlap(self.remains.where(step, where), theirs[step.guise.name]) for step in likely)
 
+    def outlasts(self, other: Conclusion) -> bool:
+        """Whether more is left here that lasts than `other` is left with that happens in time: friction has moods."""
+        unknown = self.verdict is other.verdict is Verdict.UNEXPLAINED
+        if not unknown or self.happened or not other.happened:
+            return False
+        return self.nameless[0].evidence > TOLD_BETTER * other.nameless[0].evidence
+
     @cached_property
     def outgrown(self) -> set[str]:
         """Names beside which physics in no catalogue explains much of what they explain: it is what they stand for."""

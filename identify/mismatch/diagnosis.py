@@ -167,7 +167,8 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
     if found.verdict is Verdict.NO_MISMATCH and first.confirms(turned):
         return turned
     twice = None if explained else told_twice(first, turned)
-    return twice or happened_once(first) or happened_once(turned) or found
+    left = turned if turned.outlasts(found) else found
+    return twice or happened_once(first) or happened_once(turned) or left
 
 
 def _moving(

@@ -1326,6 +1326,30 @@ def test_a_push_that_two_recordings_tell_at_one_place_is_something(changed, wher
     assert not Conclusion.confirms(first, SimpleNamespace(verdict=Verdict.NO_MISMATCH, nameless=[]))
 
 
+@pytest.mark.parametrize(
+    ("coordinate", "evidence", "before", "verdict", "outlasts"),
+    [
+        ("distance_since_reversal", 1361.0, "time", Verdict.UNEXPLAINED, True),
+        ("distance_since_reversal", 1200.0, "time", Verdict.UNEXPLAINED, False),
+        ("time", 1361.0, "time", Verdict.UNEXPLAINED, False),
+        ("distance_since_reversal", 1361.0, "position", Verdict.UNEXPLAINED, False),
+        ("distance_since_reversal", 1361.0, "time", Verdict.NO_MISMATCH, False),
+    ],
+)
+def test_what_lasts_in_one_recording_is_told_rather_than_a_mood_in_another(
+    coordinate, evidence, before, verdict, outlasts
+):
+    """A chain that folds some way after each reversal, and friction that was another for five seconds (BK-0047)."""
+
+    def left(coordinate, evidence, verdict):
+        found = SimpleNamespace(nameless=[Structure(coordinate, (1.2, 1.4), evidence, 8.4, 0.3)], verdict=verdict)
+        found.happened = Conclusion.happened.fget(found)
+        return found
+
+    turned, first = left(coordinate, evidence, Verdict.UNEXPLAINED), left(before, 617.0, verdict)
+    assert Conclusion.outlasts(turned, first) is outlasts
+
+
 def test_bristles_as_stiff_as_can_be_told_are_taken_into_account_and_hide_nothing(monkeypatch):
     """A step and a dead time of a tenth author's machines were hidden by micrometres that likelier contacts bend."""
     monkeypatch.setattr("identify.mismatch.rules.cost", lambda fit: fit.price)
