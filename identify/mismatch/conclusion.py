@@ -199,6 +199,11 @@ class Conclusion:
         """Whether names stand, and fitted and unseen data are far likelier with them, but free runs gain too little."""
         return bool(self.selection.steps) and overwhelming(self._gained) and self.stands and not self.pays()
 
+    @property
+    def kept(self) -> bool:
+        """Whether names stand that free runs do not pay for, with strong evidence: the other end may tell them, too."""
+        return bool(self.selection.steps) and self._evidence > -BIC_STRONG and self.stands
+
     def repeats(self, other: Conclusion) -> bool:
         """Whether this gives the names that `other` found, and stands."""
         return self.verdict is Verdict.EXPLAINED and self.said == other.said

@@ -141,7 +141,7 @@ def _together(judged_by: Callable[[Judges], Conclusion | Diagnosis]) -> Conclusi
     further = nothing and not several and first.outreached
     parts = (nothing and several and first.hinted) or (first.torn and (first.spelled or not first.happened))
     unpaid = not parts and first.unpaid
-    begun = not several and bool(first.bent or (not first.recognised and first.foretells_name))
+    begun = not several and bool(first.bent or (not first.recognised and (first.foretells_name or first.kept)))
     asked = judged_by(Judges.PART) if parts or unpaid or begun or further else first
     part = first if isinstance(asked, Diagnosis) else asked
     repeated = unpaid and part.repeats(first)

@@ -129,13 +129,19 @@ def told_twice(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         return None
     if both.name == DRAG:  # or another curve of friction, which may be far likelier and predict no better
         return sure if both.left < BETTER else None
-    return sure if sure.error_left < BETTER or lasting(step.evidence) or both.lasts or both.fills else None
+    better = sure.error_left < BETTER or _by_itself(found, step)
+    return sure if better or lasting(step.evidence) or both.lasts or both.fills else None
 
 
 def _preference(one: tuple[Conclusion, Step]) -> tuple[bool, float]:
     """First what stands by itself, then what predicts unseen data best."""
     found, step = one
-    return not (found.explains and found.said == {step.guise.name}), step.evidence.unseen
+    return not _by_itself(found, step), step.evidence.unseen
+
+
+def _by_itself(found: Conclusion, step: Step) -> bool:
+    """Whether a conclusion gives the name of a step without the other."""
+    return found.explains and found.said == {step.guise.name}
 
 
 def _leader(first: Conclusion, turned: Conclusion) -> Both | None:

@@ -525,8 +525,8 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
         made = SimpleNamespace(
             verdict=verdict, selection=SimpleNamespace(steps=steps), bare=bare, torn=True, spelled=False,
             happened=False, confirmed=False, hinted=False, recognised=False, bent=set(), foretells_name=False,
-            outreached=False,
-            unpaid=False, denies=lambda _: False, outdoes=lambda _: False,
+            outreached=False, unpaid=False, kept=False, straightens=lambda _: False, outweighs=lambda _: False,
+            denies=lambda _: False, outdoes=lambda _: False,
             evidence=SimpleNamespace(kind="time"), said={one.guise.name for one in steps},
         )  # fmt: skip
         made.slight = Conclusion.slight.fget(made)
