@@ -187,6 +187,15 @@ def test_a_name_that_one_end_of_a_single_recording_foretells_is_asked_of_the_oth
 
 
 @pytest.mark.parametrize(
+    ("steps", "evidence", "stands", "kept"),
+    [(1, 611.0, True, True), (0, 611.0, True, False), (1, 59.0, True, False), (1, 611.0, False, False)],
+)
+def test_the_other_end_is_asked_for_strong_names_that_stand(steps, evidence, stands, kept):
+    found = SimpleNamespace(selection=SimpleNamespace(steps=[None] * steps), _evidence=evidence, stands=stands)
+    assert Conclusion.kept.fget(found) is kept
+
+
+@pytest.mark.parametrize(
     ("changed", "outweighs"),
     [
         ({}, True),
