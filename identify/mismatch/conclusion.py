@@ -201,7 +201,7 @@ class Conclusion:
 
     @property
     def kept(self) -> bool:
-        """Whether names stand that free runs do not pay for, with strong evidence: the other end may tell them, too."""
+        """Whether names with strong evidence stand: where they are not told, the other end may tell them, too."""
         return bool(self.selection.steps) and self._evidence > -BIC_STRONG and self.stands
 
     def repeats(self, other: Conclusion) -> bool:

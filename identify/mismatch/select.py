@@ -118,11 +118,6 @@ class Selection:
         """What the chosen model takes into account though it is no effect."""
         return set(self.chosen.names) - {step.guise.name for step in self.steps}
 
-    @property
-    def late(self) -> bool:
-        """Whether torque turned out to come by so little late that it is no effect."""
-        return bool(self.aside & LATE.keys())
-
 
 @dataclass(frozen=True, slots=True)
 class Search:
@@ -271,8 +266,8 @@ def _forward(selection: Selection, search: Search, least: float = 0.0) -> Select
             needed = max(needed, least)
         current, steps = search.explore(before, search.names, needed=needed)
         _improve(selection, current)
-        late = selection.late or any(step.guise.name in LATE for step in selection.steps)  # beside one, none is told
-        aside = (None if late else slight_delay(steps)) or other_curve(steps) or fine_bristles(steps)
+        delay = None if taken & LATE.keys() else slight_delay(steps)  # beside one, none is told
+        aside = delay or other_curve(steps) or fine_bristles(steps)
         if aside is not None:
             selection.chosen, early = aside.fit, len(selection.steps)
             continue
@@ -430,7 +425,7 @@ def _local(fitted: Fit) -> set[str]:
 
 
 def _enough(evidence: Comparison, needed: float) -> bool:
-    """Whether an effect beside others has so much evidence, or unseen data tell more of it, or leave hardly any error.
+    """Whether an effect beside others has so much evidence, or unseen data or free runs tell what steps hardly do.
 
     Those tell no shape that was bent to fit: it was bent to others.
     """

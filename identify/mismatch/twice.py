@@ -151,7 +151,7 @@ def _leader(first: Conclusion, turned: Conclusion) -> Both | None:
     and so does what is asked for here. But what is far behind something else in both, when fitted, is part of that.
     """
     if any(found.selection.aside - {CURVE, *LATE} or not found.selection.opening for found in (first, turned)):
-        return None  # how friction bends, and how the channels are stamped, come beside anything
+        return None  # how friction bends, and slight delays, come beside anything
     ours, theirs = map(_likeliest, (first, turned))
     every = [Both((ours.get(name), theirs.get(name))) for name in {**ours, **theirs}]
     leader, *others = sorted(every, key=lambda both: -both.evidence)
