@@ -130,7 +130,7 @@ def _evidence(body: Body, found: Diagnosis, pictures: Pictures) -> None:
 def _proof(body: Body, found: Diagnosis, pictures: Pictures) -> None:
     """Predictions of data the fit has not seen."""
     body.section("Proof: data the fit has not seen" if found.effects else "Predictions of data the fit has not seen")
-    kind = "the last recording" if found.held_out_kind == "recording" else "the last 40 % of the recording"
+    kind = "the last recording" if found.held_out_kind == "recording" else "40 % of the time"
     body.text(
         f"Free runs of {found.run_length:g} s from the measured state over {kind}; criterion: squared error over the "
         "variance of the position, eq. (4). Force error: root mean square of the residual force over that of the drive."

@@ -26,7 +26,7 @@ def carried(first: Conclusion, turned: Conclusion) -> Conclusion | None:
         return None
     guise = steps[0].guise
     problem = baseline.problem.including((*baseline.problem.guises, guise))
-    step = weighed(baseline, fit(problem, _starts(problem, baseline, turned.final)), guise, first.evidence.held_out)
+    step = weighed(baseline, fit(problem, starts_from(problem, baseline, turned.final)), guise, first.evidence.held_out)
     opening = [*first.selection.opening, step]
     if best_of(opening) is not step:
         return None
@@ -35,7 +35,7 @@ def carried(first: Conclusion, turned: Conclusion) -> Conclusion | None:
     return found if found.explains else None
 
 
-def _starts(problem: ExtendedProblem, baseline: Fit, there: Fit) -> Floats:
+def starts_from(problem: ExtendedProblem, baseline: Fit, there: Fit) -> Floats:
     """The effect as it was found `there`, with friction of the `baseline` and with that beside it. (2, size)"""
     friction = {name: value for name, _, value, *_ in there.problem.named(there.x)}
     x = np.stack([problem.encode({}), problem.encode(friction)])

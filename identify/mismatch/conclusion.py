@@ -147,6 +147,14 @@ class Conclusion:
         return {step.guise.name for step in self.selection.steps}
 
     @property
+    def told(self) -> set[str]:
+        """Names that are told: of chosen effects that are known to be there, and of a constant force."""
+        if self.verdict is not Verdict.EXPLAINED:
+            return set()
+        constant = {self.constant.effect.name} if self.constant is not None and self.offset_named else set()
+        return {effect.name for effect in self.named} | constant
+
+    @property
     def slight(self) -> bool:
         """Whether a name is no larger than what friction that wanders shows in some part of any recording."""
         return any(step.acting < SLIGHT * self.bare.dry_level for step in self.selection.steps)

@@ -11,11 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.criterion import RUN_LENGTH
 from identify.preprocess import Samples, prepare
 from plant.axis import Axis
 from plant.recording import Recording
 
 HELD_OUT = 0.4  # of the last recording, where there is no second one of the same state
+TENTHS = (True, False, True, False, True)  # of each recording, which are fitted, again and again: 60 % from all over it
+SPREAD = "fitted to tenths from all over the recordings, judged by those between: {} of every {} were unseen"
 TURNED = "fitted to the last recording and judged by those before it: the other way round, nothing was named"
 
 
@@ -25,6 +28,7 @@ class Judges(enum.Enum):
     LAST = enum.auto()  # the last of several recordings, or the end of a single one
     PART = enum.auto()  # of the last of several recordings its end alone, or the beginning of a single one
     OTHERS = enum.auto()  # all recordings but the last
+    TENTHS = enum.auto()  # tenths of each recording, between those that are fitted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +92,10 @@ def split(
     now = [ready[number] for number in ([only] if only is not None else today)]
     *others, last = now
     removed = tuple(dict.fromkeys([*removed, *(line for samples in ready for line in samples.removed)]))
-    if others and judges is not Judges.PART:
+    if judges is Judges.TENTHS:
+        train, held_out, kind = *map(join, in_tenths(now)), "time"
+        removed = (*removed, SPREAD.format(TENTHS.count(False), len(TENTHS)))
+    elif others and judges is not Judges.PART:
         train, held_out, kind = join(others), last, "recording"
         if judges is Judges.OTHERS:
             train, held_out, removed = held_out, train, (*removed, TURNED)
@@ -100,6 +107,18 @@ def split(
             fitted, held_out = last.part(len(last) - cut, len(last)), start
         train, kind = join([*others, fitted]), "time"
     return Evidence(train, held_out, kind, judges, join(before) if before else None, removed, digest(recordings))
+
+
+def in_tenths(recordings: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
+    """Tenths of each recording that are fitted, and those between them, which judge; fifths where it is short."""
+    fitted: list[Samples] = []
+    judging: list[Samples] = []
+    for samples in recordings:
+        number = len(TENTHS) * (2 if np.ptp(samples.t) >= 2 * len(TENTHS) * RUN_LENGTH else 1)
+        edges = np.linspace(0, len(samples), number + 1).round().astype(int)
+        for fits, start, stop in zip(TENTHS * 2, edges, edges[1:], strict=False):
+            (fitted if fits else judging).append(samples.part(int(start), int(stop)))
+    return fitted, judging
 
 
 def of_today(recordings: Sequence[Recording]) -> list[int]:

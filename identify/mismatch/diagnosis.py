@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identify.criterion import noise_level
 from identify.errors import InputError
 from identify.judge import median_speed, too_broken, unusable
+from identify.mismatch.all_over import may_lack, tells_more
 from identify.mismatch.alone import loudest_alone
 from identify.mismatch.baseline import felt, fit_baseline, read_again, read_torque
 from identify.mismatch.carried import carried
@@ -111,7 +112,14 @@ def conclude(
         return _known_before(_selected(of, gathered, axis, doubtful, seed, progress))
 
     together = _together(lambda judges: asked(gather(recordings, axis, judges, still)))
-    if isinstance(together, Diagnosis) or together.verdict is not Verdict.NO_MISMATCH:
+    if isinstance(together, Diagnosis):
+        return together
+    if may_lack(together):
+        progress(Doing(Stage.BASELINE, "tenths from all over the recordings"))
+        tenths = asked(gather(recordings, axis, Judges.TENTHS, still))
+        if isinstance(tenths, Conclusion) and tells_more(tenths, together):
+            return tenths
+    if together.verdict is not Verdict.NO_MISMATCH:
         return together
     progress(Doing(Stage.BASELINE, "each recording by itself"))
     loudest = loudest_alone(together, recordings, still, doubtful)

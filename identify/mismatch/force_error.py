@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cheby1, sosfiltfilt
 
-from identify.mismatch.data import Evidence, Judges, of_today
+from identify.mismatch.data import Evidence, Judges, in_tenths, of_today
 from identify.mismatch.extended import ExtendedProblem
 from identify.mismatch.inverse import unexplained
 from identify.mismatch.result import Pair
@@ -52,6 +52,8 @@ def native(recordings: Sequence[Recording], axis: Axis, evidence: Evidence) -> N
     *others, last = fast
     if others and evidence.judges is Judges.OTHERS:
         return Native((last,), tuple(others))
+    if evidence.judges is Judges.TENTHS:
+        return Native(*map(tuple, in_tenths(fast)))
     held, step = evidence.held_out.t, evidence.held_out.sample_time
     start, end = np.searchsorted(last.t, [held[0] - 0.5 * step, held[-1] + step])
     rest = [last.part(a, b) for a, b in ((0, int(start)), (int(end), len(last))) if a < b]

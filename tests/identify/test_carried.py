@@ -36,7 +36,7 @@ def step(name, evidence, refused=None):
 def both_ways(monkeypatch, gained, *, beside=(), aside=(), explains=True):
     """What comes of stiction found with the roles exchanged, which gains so much of what was fitted first."""
     stiction = step("dwell_time_stiction", gained)
-    monkeypatch.setattr(module, "_starts", lambda *_: np.zeros((2, 3)))
+    monkeypatch.setattr(module, "starts_from", lambda *_: np.zeros((2, 3)))
     monkeypatch.setattr(module, "fit", lambda *_: stiction.fit)
     monkeypatch.setattr(module, "weighed", lambda *_: stiction)
     baseline = SimpleNamespace(names=aside, problem=SimpleNamespace(guises=(), including=lambda guises: guises))

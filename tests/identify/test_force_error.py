@@ -34,7 +34,7 @@ def test_fast_recordings_are_split_as_the_evidence_but_not_averaged(fast):
         assert parts.held_out[0].t[0] == pytest.approx(evidence.held_out.t[0], abs=0.002)
 
 
-@pytest.mark.parametrize("judges", [Judges.PART, Judges.OTHERS])
+@pytest.mark.parametrize("judges", [Judges.PART, Judges.OTHERS, Judges.TENTHS])
 def test_fast_recordings_are_unseen_where_the_averaged_ones_are(fast, judges):
     """What was fitted of the last recording is no part of the unseen force error, at any rate."""
     _, axis, recordings, _ = fast

@@ -536,7 +536,7 @@ def test_what_one_looks_twice_for_must_be_larger_than_friction_wanders(monkeypat
         "_selected": concluded, "_known_before": lambda found: found, "gather": lambda *given: given[2].name,
         "_moving": lambda recordings, *_: (recordings, ()),
         "unusable": lambda *_: None, "prepare": lambda *_: None, "too_broken": lambda _: None,
-        "told_twice": lambda *_: None,
+        "told_twice": lambda *_: None, "may_lack": lambda _: False,
     }  # fmt: skip
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(diagnosis, name, stand_in)

@@ -87,7 +87,7 @@ STAND_INS = {
     "_known_before": lambda found: found, "gather": lambda *given: given[2].name, "carried": lambda *_: None,
     "_moving": lambda recordings, *_: (recordings, ()), "unusable": lambda *_: None, "prepare": lambda *_: None,
     "too_broken": lambda _: None, "told_twice": lambda *_: None, "happened_once": lambda _: None,
-    "loudest_alone": lambda *_: None,
+    "loudest_alone": lambda *_: None, "may_lack": lambda _: False,
 }  # fmt: skip
 LOGGED = SimpleNamespace(loop="open", hold=None, t=np.arange(3.0))
 
