@@ -20,8 +20,13 @@ QUARTER_LEFT = 0.25  # of the one-second error on unseen data: where less is lef
 
 
 def may_lack(first: Conclusion) -> bool:
-    """Whether tenths may tell more than `first`: it tells nothing, or leaves error or force for another name."""
-    if first.verdict is not Verdict.EXPLAINED or not first.selection.steps:
+    """Whether tenths may tell more than `first`: it knows nothing, or leaves error or force for another name.
+
+    What it recognised as physics in no catalogue is known, unless that only happened in time, as two effects may.
+    """
+    if first.verdict is not Verdict.EXPLAINED:
+        return first.happened or not first.recognised
+    if not first.selection.steps:
         return True
     left = first.selection.chosen
     return first.error_left > QUARTER_LEFT or left.latent_force > CLEAN * left.dry_level

@@ -58,8 +58,18 @@ def test_a_warmth_that_is_over_when_the_end_judges_is_told_all_over():
 def test_names_that_leave_little_error_and_little_force_are_complete(verdict, left, force, lacks):
     chosen = SimpleNamespace(latent_force=force, dry_level=10.0)
     first = SimpleNamespace(
-        verdict=Verdict[verdict], error_left=left, selection=SimpleNamespace(steps=["one"], chosen=chosen)
-    )
+        verdict=Verdict[verdict], error_left=left, selection=SimpleNamespace(steps=["one"], chosen=chosen),
+        recognised=False, happened=False,
+    )  # fmt: skip
+    assert may_lack(first) is lacks
+
+
+@pytest.mark.parametrize(
+    ("recognised", "happened", "lacks"), [(True, False, False), (True, True, True), (False, False, True)]
+)
+def test_physics_in_no_catalogue_that_lasts_is_known(recognised, happened, lacks):
+    """A warming torque constant was a wrong mass and a step; a brake that opens late was a torque that is clipped."""
+    first = SimpleNamespace(verdict=Verdict.UNEXPLAINED, recognised=recognised, happened=happened)
     assert may_lack(first) is lacks
 
 
