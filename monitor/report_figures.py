@@ -21,6 +21,7 @@ BEFORE, AFTER, MEASURED = "#D55E00", "#2E8BC0", "#8A8F98"  # colour-blind safe, 
 SHADE = "rgba(140, 140, 140, 0.22)"
 MOST_POINTS = 1500  # of a recording
 PLACE = 0.8  # of what is drawn: a longer stretch is no place
+APART = 20.0  # times the step between samples: a longer one is a gap, over which no line is drawn
 WIDE = 80  # px at the left of a figure, for the ticks and the title of its axis
 
 
@@ -80,7 +81,10 @@ def prediction_figure(seen: Prediction, unit: str, what: str = "unseen data", fi
     layout["yaxis2"] = {"domain": [0.0, 0.45], "title": {"text": f"error [m{unit}]"}, "anchor": "x"}
     cut = np.flatnonzero(np.diff(seen.run)) + 1
     t = np.insert(seen.t, cut, np.nan)
-    data = [trace(seen.t, seen.position, "measured", MEASURED, 1, width=3.5)]
+    step = np.diff(seen.t)
+    gap = np.flatnonzero((step < 0.0) | (step > APART * np.median(step))) + 1
+    whole, measured = np.insert(seen.t, gap, np.nan), np.insert(seen.position, gap, np.nan)
+    data = [trace(whole, measured, "measured", MEASURED, 1, width=3.5)]
     for model, colour, error in ((first, BEFORE, seen.before), ("extended", AFTER, seen.after)):
         if error is not None:
             broken, place = np.insert(error, cut, np.nan), np.insert(seen.position, cut, np.nan)

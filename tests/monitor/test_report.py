@@ -11,10 +11,11 @@ import pytest
 
 from identify.mismatch.diagnosis import diagnose
 from identify.mismatch.grids import FEWEST
+from identify.mismatch.pictures import Prediction
 from identify.mismatch.result import Verdict
 from monitor.cli.app import run_command
 from monitor.picture_values import figures_of, picture_values
-from monitor.report_figures import pictures_figures
+from monitor.report_figures import pictures_figures, prediction_figure
 from monitor.report_file import write_report
 from monitor.report_heat import grid_figure
 from plant.axis_file import read_axis
@@ -190,3 +191,12 @@ def test_over_two_coordinates_what_was_not_visited_stays_empty(hidden):
     assert scale["cmin"] == -scale["cmax"] < 0
     assert len(drawn["data"]) == 2
     assert "grey where too little was measured" in own(page)
+
+
+def test_no_line_is_drawn_over_what_lies_between_two_stretches_of_unseen_data():
+    t = np.concatenate([np.arange(0.0, 2.0, 0.01), np.arange(4.0, 6.0, 0.01), np.arange(0.0, 1.0, 0.01)])
+    error = np.zeros(len(t))
+    seen = Prediction(t, np.arange(len(t)) // 100, t, error, error)
+    measured, *_ = prediction_figure(seen, "m")["data"]
+    gaps = [index for index, place in enumerate(measured["y"]) if place is None]
+    assert gaps == [200, 401]  # a new free run within a stretch is no gap
